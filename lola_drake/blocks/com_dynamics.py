@@ -1,0 +1,146 @@
+"""The CoM's dynamics inside the force control, for one foot (the paper's section IV.C).
+
+In single support an error of the contact force is also met by accelerating the CoM.
+
+| paper          | here                                         |
+|----------------|----------------------------------------------|
+| M              | `inertia`, the diagonal of M in eq. 18       |
+| R_f            | `lever_matrix()`                             |
+| g_a            | `gain`                                       |
+| s_a,f          | `single_support()`, from measured contacts   |
+| K_a,x          | `decay_gain`                                 |
+| Delta w_a,f'   | `com_dynamics_rate`, eq. 20                  |
+
+K_a,x and the limits are our own choice; the paper gives no numbers.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from pydrake.systems.framework import BasicVector, LeafSystem
+
+from lola_drake.parameters import parameter, validate
+from lola_drake.signals import (
+    COM_DYNAMICS_RATE,
+    CONTACT,
+    CONTACT_WRENCH,
+    DESIRED_WRENCH,
+    FEET,
+    TASK_MODIFICATION,
+    TASK_REFERENCE,
+)
+
+
+@dataclass(frozen=True)
+class ComDynamicsParams:
+    """Gains and limits of the integrated CoM dynamics."""
+
+    gain: float = parameter(1.0, "g_a, 0 switches it off (paper)", "-", minimum=0, maximum=1)
+    decay_gain: float = parameter(20.0, "K_a,x, decay outside single support", "1/s", minimum=0)
+    max_height_rate: float = parameter(0.4, "limit of the vertical part", "m/s", above=0)
+    max_angle_rate: float = parameter(1.5, "limit of the angular parts", "rad/s", above=0)
+
+    def __post_init__(self):
+        validate(self)
+
+
+def lever_matrix(r_x: float, r_y: float) -> np.ndarray:
+    """Return R_f of eq. 18 for the vector (r_x, r_y) in m from the CoM to the foot in T."""
+    return np.array([[1.0, 0.0, r_y], [0.0, 1.0, -r_x], [0.0, 0.0, 1.0]])
+
+
+def com_acceleration(
+    inertia: np.ndarray, r_x: float, r_y: float, error: np.ndarray
+) -> np.ndarray:
+    """Return Delta a = M^-1 R_f e (eq. 18): phi_x'', phi_y'' (rad/s^2), z_c'' (m/s^2)."""
+    return lever_matrix(r_x, r_y).dot(error) / inertia
+
+
+def single_support(contact: np.ndarray, foot: int) -> bool:
+    """Return s_a,f: whether the foot, and not the other one, has closed contacts.
+
+    Args:
+        contact: the switches of the left and then the right foot, 0 or 1, shape (8,).
+        foot: 0 for left, 1 for right.
+    """
+    closed = (contact[:4].any(), contact[4:].any())
+    return bool(closed[foot] and not closed[1 - foot])
+
+
+def limited_step(
+    rate: np.ndarray, change: np.ndarray, limit: np.ndarray, blocked: np.ndarray
+) -> np.ndarray:
+    """Return the integrator's next state: clamped, and stopped where its output has no effect.
+
+    Args:
+        rate: the present state Delta w_a,f'.
+        change: what the integration would add.
+        limit: greatest magnitude of the state.
+        blocked: -1, 0 or 1: the direction in which the modification Delta w is at its limit.
+    """
+    change = np.where(change * blocked > 0, 0.0, change)
+    return np.minimum(np.maximum(rate + change, -limit), limit)
+
+
+class ComDynamics(LeafSystem):
+    """Integrates the force error of the stance foot into a motion of that foot.
+
+    The state is Delta w_a,f' (rates of sin gamma_x, sin gamma_y and z). The numeric parameter 0
+    holds g_a and K_a,x.
+
+    .. pydrake_system::
+
+        name: ComDynamics
+        input_ports:
+        - desired_wrench
+        - contact_wrench
+        - contact
+        - task_reference
+        - task_modification
+        output_ports:
+        - com_dynamics_rate
+    """
+
+    def __init__(self, params: ComDynamicsParams, foot: str, inertia: np.ndarray, period: float):
+        """Create the block of one foot.
+
+        Args:
+            params: gains and limits.
+            foot: "l" or "r".
+            inertia: theta_xx, theta_yy (kg m^2) and mass (kg), shape (3,).
+            period: the control period (s).
+        """
+        super().__init__()
+        self._foot, self._inertia, self._period = FEET.index(foot), inertia, period
+        self._limit = np.array(
+            [params.max_angle_rate, params.max_angle_rate, params.max_height_rate]
+        )
+        self._w = TASK_REFERENCE.slice(f"w_{foot}")
+        self._desired_wrench = DESIRED_WRENCH.slice(f"wrench_{foot}")
+        self._gains = self.DeclareNumericParameter(
+            BasicVector([params.gain, params.decay_gain])
+        )
+        self._state = self.DeclareDiscreteState(3)
+        self._desired = self.DeclareVectorInputPort("desired_wrench", DESIRED_WRENCH.size)
+        self._actual = self.DeclareVectorInputPort("contact_wrench", CONTACT_WRENCH.size)
+        self._contact = self.DeclareVectorInputPort("contact", CONTACT.size)
+        self._reference = self.DeclareVectorInputPort("task_reference", TASK_REFERENCE.size)
+        self._modification = self.DeclareVectorInputPort(
+            "task_modification", TASK_MODIFICATION.size
+        )
+        self.DeclareStateOutputPort(COM_DYNAMICS_RATE.name, self._state)
+        self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._update)
+
+    def _update(self, context, state):
+        rate = context.get_discrete_state(self._state).value()
+        gain, decay_gain = context.get_numeric_parameter(self._gains).value()
+        if single_support(self._contact.Eval(context), self._foot):
+            r_x, r_y = self._reference.Eval(context)[self._w][:2]
+            error = self._desired.Eval(context)[self._desired_wrench] - self._actual.Eval(context)
+            change = -gain * com_acceleration(self._inertia, r_x, r_y, error)
+        else:
+            change = -decay_gain * rate
+        blocked = self._modification.Eval(context)[3:]
+        state.set_value(
+            self._state, limited_step(rate, self._period * change, self._limit, blocked)
+        )

@@ -1,0 +1,90 @@
+"""The 6-axis force/torque sensor in each foot.
+
+It is the weld between ankle and sole: what it reads is the load that the sole passes on, which is
+the ground's wrench less the weight and inertia of the sole. Noise and filter are estimates.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from pydrake.common.value import Value
+from pydrake.multibody.math import SpatialForce
+from pydrake.systems.framework import LeafSystem
+
+from lola_drake.blocks.noise import Noise
+from lola_drake.parameters import parameter, validate
+from lola_drake.signals import MEASURED_WRENCH
+
+
+@dataclass(frozen=True)
+class FootForceSensorParams:
+    """Errors and filter of the sensors."""
+
+    force_noise: float = parameter(2.0, "standard deviation (estimate)", "N", minimum=0)
+    torque_noise: float = parameter(0.1, "standard deviation (estimate)", "Nm", minimum=0)
+    cutoff: float = parameter(150.0, "of the first-order low-pass; 0 for none", "Hz", minimum=0)
+
+    def __post_init__(self):
+        validate(self)
+
+    def ideal(self) -> "FootForceSensorParams":
+        """Return sensors without errors and filter."""
+        return FootForceSensorParams(force_noise=0.0, torque_noise=0.0, cutoff=0.0)
+
+
+class FootForceSensor(LeafSystem):
+    """Samples, disturbs and filters the wrenches of both feet.
+
+    The state is the filtered wrench; in the tick of a contact it already holds what the plant
+    computes for the step that begins there, so a reading is one period old when it is used.
+
+    .. pydrake_system::
+
+        name: FootForceSensor
+        input_ports:
+        - reaction_forces
+        output_ports:
+        - measured_wrench
+    """
+
+    def __init__(
+        self,
+        params: FootForceSensorParams,
+        joint_indices: tuple[int, int],
+        initial: np.ndarray,
+        period: float,
+        seed: int,
+    ):
+        """Create the sensors of both feet.
+
+        Args:
+            params: errors and filter.
+            joint_indices: of the left and right sensor's weld joint in the plant.
+            initial: F and T of both feet at the start (N, Nm), shape (12,).
+            period: the control period (s).
+            seed: of the run's noise.
+        """
+        super().__init__()
+        self._joints, self._period = joint_indices, period
+        self._noise = Noise(MEASURED_WRENCH.size, seed, stream=2)
+        self._scale = np.tile(np.repeat([params.force_noise, params.torque_noise], 3), 2)
+        self._gain = 1 - np.exp(-2 * np.pi * params.cutoff * period) if params.cutoff else 1.0
+        self._forces = self.DeclareAbstractInputPort(
+            "reaction_forces", Value[list[SpatialForce]]()
+        )
+        self._state = self.DeclareDiscreteState(initial)
+        self.DeclareStateOutputPort(MEASURED_WRENCH.name, self._state)
+        self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._update)
+
+    def _update(self, context, state):
+        forces = self._forces.Eval(context)
+        raw = np.empty(MEASURED_WRENCH.size)
+        for i, joint in zip((0, 6), self._joints, strict=True):
+            # The plant reports the force on the sole; the sensor feels the opposite.
+            force = forces[joint]
+            raw[i : i + 3] = force.translational()
+            raw[i + 3 : i + 6] = force.rotational()
+        np.negative(raw, out=raw)
+        raw += self._scale * self._noise(round(context.get_time() / self._period))
+        filtered = context.get_discrete_state(self._state).value()
+        state.set_value(self._state, filtered + self._gain * (raw - filtered))

@@ -1,0 +1,269 @@
+"""Hybrid position/force control of one foot (the paper's section IV.B).
+
+| paper          | here                                     |
+|----------------|------------------------------------------|
+| lambda_f,m     | `measured_wrench`                        |
+| A_TF           | `wrench_at_tcp()`, eq. 13                |
+| lambda_f       | `contact_wrench`                         |
+| lambda_f,d     | `desired_wrench`                         |
+| U              | `contact_matrix`                         |
+| delta          | `time_constant`                          |
+| K_x            | `position_gain`                          |
+| b_f            | `blend` of `gait_phase`                  |
+| Delta w_a,f'   | `com_dynamics_rate`                      |
+| Delta w'       | `modification_rate()`, eq. 15, 16 and 21 |
+| w_mod, w_mod'  | `task_command`, eq. 10 and 11            |
+
+The model's stiffness is an estimate: LOLA's is not published.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from pydrake.systems.framework import BasicVector, LeafSystem
+
+from lola_drake.parameters import parameter, validate
+from lola_drake.signals import (
+    COM_DYNAMICS_RATE,
+    CONTACT_WRENCH,
+    DESIRED_WRENCH,
+    FEET,
+    GAIT_PHASE,
+    MEASURED_WRENCH,
+    TASK_COMMAND,
+    TASK_MODIFICATION,
+    TASK_REFERENCE,
+)
+
+FORCE_CONTROLLED = np.array([3, 4, 2])
+"""S_c,f of eq. 12: sin gamma_x, sin gamma_y and z within a foot's task."""
+
+
+@dataclass(frozen=True)
+class HybridForceControlParams:
+    """The contact model, the error dynamics and the limits of the modification."""
+
+    time_constant: float = parameter(0.02, "delta, of the force error (paper)", "s", above=0)
+    position_gain: float = parameter(
+        10.0, "K_x, return of the swing foot to the plan", "1/s", minimum=0
+    )
+    model_stiffness: float = parameter(
+        4e5, "vertical stiffness of a whole foot in U (estimate)", "N/m", above=0
+    )
+    max_height: float = parameter(0.08, "limit of the foot's height modification", "m", above=0)
+    max_height_rate: float = parameter(0.5, "limit of its rate", "m/s", above=0)
+    max_angle: float = parameter(0.25, "limit of the foot's angle modification", "rad", above=0)
+    max_angle_rate: float = parameter(2.0, "limit of its rate", "rad/s", above=0)
+
+    def __post_init__(self):
+        validate(self)
+
+
+@dataclass(frozen=True)
+class FootSensor:
+    """What the controller knows about one foot below its force sensor.
+
+    Attributes:
+        p_TcpSensor: the sensor relative to the TCP, in the foot frame F (m), shape (3,).
+        weight: weight of the foot below the sensor (N).
+        p_TcpFoot: its CoM relative to the TCP, in F (m), shape (3,).
+    """
+
+    p_TcpSensor: np.ndarray
+    weight: float
+    p_TcpFoot: np.ndarray
+
+
+def wrench_at_tcp(measured: np.ndarray, w: np.ndarray, foot: FootSensor) -> np.ndarray:
+    """Return lambda_f = A_TF lambda_f,m (eq. 13), freed of the foot's own weight.
+
+    Args:
+        measured: [F, T] of the sensor in its own frame (N, Nm), shape (6,).
+        w: the foot's task x, y, z, sin gamma_x, sin gamma_y, gamma_z in T.
+        foot: geometry and weight below the sensor.
+
+    Returns:
+        T_x, T_y, F_z at the TCP in T, shape (3,).
+    """
+    f_x, f_y, f_z, t_x, t_y, t_z = measured
+    x, y, z = foot.p_TcpSensor
+    t_x += y * f_z - z * f_y
+    t_y += z * f_x - x * f_z
+    t_z += x * f_y - y * f_x
+    # R_TF for independent small rotations: the third row is (-sin gamma_y, sin gamma_x, cos).
+    s_x, s_y, yaw = w[3], w[4], w[5]
+    c, s = np.cos(yaw), np.sin(yaw)
+    lean_x, lean_y = c * s_y + s * s_x, s * s_y - c * s_x
+    return np.array(
+        [
+            c * t_x - s * t_y + lean_x * t_z + foot.weight * _lever(foot, c, s, 1),
+            s * t_x + c * t_y + lean_y * t_z - foot.weight * _lever(foot, c, s, 0),
+            -s_y * f_x + s_x * f_y + f_z + foot.weight,
+        ]
+    )
+
+
+def _lever(foot: FootSensor, c: float, s: float, axis: int) -> float:
+    x, y = foot.p_TcpFoot[0], foot.p_TcpFoot[1]
+    return s * x + c * y if axis else c * x - s * y
+
+
+def force_control_rate(
+    inverse_contact_matrix: np.ndarray,
+    error: np.ndarray,
+    desired_rate: np.ndarray,
+    time_constant: float,
+) -> np.ndarray:
+    """Return w_f' of eq. 15 (sin gamma_x, sin gamma_y, z per second), shape (3,)."""
+    return inverse_contact_matrix.dot(desired_rate + error / time_constant)
+
+
+def modification_rate(
+    force_rate: np.ndarray,
+    com_dynamics_rate: np.ndarray,
+    deviation: np.ndarray,
+    blend: float,
+    position_gain: float,
+) -> np.ndarray:
+    """Return one foot's part of Delta w' (eq. 16 and 21), shape (3,).
+
+    Args:
+        force_rate: w_f' of eq. 15.
+        com_dynamics_rate: Delta w_a,f' of eq. 20.
+        deviation: w - w_id in the force-controlled directions.
+        blend: b_f, 1 for force control and 0 for position control.
+        position_gain: K_x (1/s).
+    """
+    return blend * (force_rate + com_dynamics_rate) - (1 - blend) * position_gain * deviation
+
+
+class HybridForceControl(LeafSystem):
+    """Turns one foot's force error into a modification of its trajectory.
+
+    The state is Delta w, the modification of sin gamma_x, sin gamma_y and z. The numeric
+    parameter 0 holds delta and K_x.
+
+    .. pydrake_system::
+
+        name: HybridForceControl
+        input_ports:
+        - task_reference
+        - gait_phase
+        - desired_wrench
+        - measured_wrench
+        - com_dynamics_rate
+        output_ports:
+        - task_command
+        - contact_wrench
+        - task_modification
+    """
+
+    def __init__(
+        self,
+        params: HybridForceControlParams,
+        foot: str,
+        contact_matrix: np.ndarray,
+        sensor: FootSensor,
+        period: float,
+    ):
+        """Create the controller of one foot.
+
+        Args:
+            params: gains and limits.
+            foot: "l" or "r".
+            contact_matrix: U of eq. 8, shape (3, 3).
+            sensor: the foot below its force sensor.
+            period: the control period (s).
+        """
+        super().__init__()
+        self._inverse = np.linalg.inv(contact_matrix)
+        self._sensor, self._period = sensor, period
+        self._limit = np.array([params.max_angle, params.max_angle, params.max_height])
+        self._rate_limit = np.array(
+            [params.max_angle_rate, params.max_angle_rate, params.max_height_rate]
+        )
+        self._w = TASK_REFERENCE.slice(f"w_{foot}")
+        self._w_dot = TASK_REFERENCE.slice(f"w_dot_{foot}")
+        self._blend = GAIT_PHASE.slice("blend").start + FEET.index(foot)
+        self._desired_wrench = DESIRED_WRENCH.slice(f"wrench_{foot}")
+        self._desired_rate = DESIRED_WRENCH.slice(f"rate_{foot}")
+        first = MEASURED_WRENCH.slice(f"F_{foot}").start
+        self._measured_wrench = slice(first, first + 6)
+
+        self._gains = self.DeclareNumericParameter(
+            BasicVector([params.time_constant, params.position_gain])
+        )
+        self._state = self.DeclareDiscreteState(3)
+        self._reference = self.DeclareVectorInputPort("task_reference", TASK_REFERENCE.size)
+        self._phase = self.DeclareVectorInputPort("gait_phase", GAIT_PHASE.size)
+        self._desired = self.DeclareVectorInputPort("desired_wrench", DESIRED_WRENCH.size)
+        self._measured = self.DeclareVectorInputPort("measured_wrench", MEASURED_WRENCH.size)
+        self._com_dynamics = self.DeclareVectorInputPort(
+            "com_dynamics_rate", COM_DYNAMICS_RATE.size
+        )
+        own = {self.discrete_state_ticket(self._state), self.all_parameters_ticket()}
+        contact_inputs = {self._reference.ticket(), self._measured.ticket()} | own
+        all_inputs = contact_inputs | {
+            port.ticket() for port in (self._phase, self._desired, self._com_dynamics)
+        }
+        self._command = self.DeclareVectorOutputPort(
+            "task_command", TASK_COMMAND.size, self._calc_command, prerequisites_of_calc=all_inputs
+        )
+        self._contact = self.DeclareVectorOutputPort(
+            "contact_wrench",
+            CONTACT_WRENCH.size,
+            self._calc_contact,
+            prerequisites_of_calc=contact_inputs,
+        )
+        self.DeclareVectorOutputPort(
+            "task_modification",
+            TASK_MODIFICATION.size,
+            self._calc_modification,
+            prerequisites_of_calc=own,
+        )
+        self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._update)
+
+    def _calc_contact(self, context, output):
+        w = self._reference.Eval(context)[self._w].copy()
+        w[FORCE_CONTROLLED] += context.get_discrete_state(self._state).value()
+        measured = self._measured.Eval(context)[self._measured_wrench]
+        output.set_value(wrench_at_tcp(measured, w, self._sensor))
+
+    def _calc_command(self, context, output):
+        reference = self._reference.Eval(context)
+        deviation = context.get_discrete_state(self._state).value()
+        desired = self._desired.Eval(context)
+        time_constant, position_gain = context.get_numeric_parameter(self._gains).value()
+        force_rate = force_control_rate(
+            self._inverse,
+            desired[self._desired_wrench] - self._contact.Eval(context),
+            desired[self._desired_rate],
+            time_constant,
+        )
+        rate = modification_rate(
+            force_rate,
+            self._com_dynamics.Eval(context),
+            deviation,
+            self._phase.Eval(context)[self._blend],
+            position_gain,
+        )
+        rate = np.minimum(np.maximum(rate, -self._rate_limit), self._rate_limit)
+        # The rate ends where the modification reaches its limit.
+        rate = np.minimum(rate, (self._limit - deviation) / self._period)
+        rate = np.maximum(rate, (-self._limit - deviation) / self._period)
+        command = np.concatenate([reference[self._w], reference[self._w_dot]])
+        command[FORCE_CONTROLLED] += deviation
+        command[FORCE_CONTROLLED + 6] += rate
+        output.set_value(command)
+
+    def _calc_modification(self, context, output):
+        deviation = context.get_discrete_state(self._state).value()
+        at_limit = np.abs(deviation) >= self._limit * (1 - 1e-9)
+        output.set_value(np.concatenate([deviation, np.sign(deviation) * at_limit]))
+
+    def _update(self, context, state):
+        command = self._command.Eval(context)
+        reference = self._reference.Eval(context)
+        rate = (command[6:] - reference[self._w_dot])[FORCE_CONTROLLED]
+        deviation = context.get_discrete_state(self._state).value()
+        state.set_value(self._state, deviation + self._period * rate)

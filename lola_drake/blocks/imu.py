@@ -1,0 +1,97 @@
+"""The inertial measurement unit in the torso: inclination and its rate.
+
+LOLA carries a high-precision unit; noise, bias and delay are estimates of its class.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from pydrake.systems.framework import LeafSystem
+
+from lola_drake.blocks.noise import Noise
+from lola_drake.parameters import parameter, validate
+from lola_drake.signals import TORSO_ORIENTATION
+
+
+@dataclass(frozen=True)
+class ImuParams:
+    """Errors of the unit."""
+
+    angle_noise: float = parameter(3.5e-4, "standard deviation (estimate)", "rad", minimum=0)
+    rate_noise: float = parameter(1.7e-3, "standard deviation (estimate)", "rad/s", minimum=0)
+    angle_bias: float = parameter(
+        1.7e-3, "standard deviation of the constant bias (estimate)", "rad", minimum=0
+    )
+    delay_ticks: int = parameter(3, "delay in control periods", "", minimum=1, maximum=50)
+
+    def __post_init__(self):
+        validate(self)
+
+    def ideal(self) -> "ImuParams":
+        """Return a unit without errors; one tick is left for sampling."""
+        return ImuParams(angle_noise=0.0, rate_noise=0.0, angle_bias=0.0, delay_ticks=1)
+
+
+def inclination(quaternion: np.ndarray, angular_velocity: np.ndarray) -> np.ndarray:
+    """Return phi_x, phi_y and their rates.
+
+    Args:
+        quaternion: w, x, y, z of the torso in W.
+        angular_velocity: w_WT_W (rad/s), shape (3,).
+
+    Returns:
+        Roll and pitch of the torso (rad), the angular velocity's x and y in the torso's heading
+        frame (rad/s), shape (4,).
+    """
+    w, x, y, z = quaternion
+    roll = np.arctan2(2 * (w * x + y * z), 1 - 2 * (x * x + y * y))
+    pitch = np.arcsin(min(max(2 * (w * y - z * x), -1.0), 1.0))
+    c, s = 1 - 2 * (y * y + z * z), 2 * (w * z + x * y)
+    norm = (c * c + s * s) ** 0.5
+    c, s = c / norm, s / norm
+    w_x, w_y, _ = angular_velocity
+    return np.array([roll, pitch, c * w_x + s * w_y, c * w_y - s * w_x])
+
+
+class Imu(LeafSystem):
+    """Samples the torso's inclination and reports it late, with noise and bias.
+
+    The state is the line of samples under way, the newest first.
+
+    .. pydrake_system::
+
+        name: Imu
+        input_ports:
+        - plant_state
+        output_ports:
+        - torso_orientation
+    """
+
+    def __init__(self, params: ImuParams, state_size: int, period: float, seed: int):
+        """Create the unit for a plant whose state of `state_size` begins with the torso's pose."""
+        super().__init__()
+        self._period = period
+        self._noise = Noise(TORSO_ORIENTATION.size, seed, stream=1)
+        self._scale = np.repeat([params.angle_noise, params.rate_noise], 2)
+        bias = params.angle_bias * np.random.default_rng([seed, 0]).standard_normal(2)
+        self._bias = np.concatenate([bias, [0.0, 0.0]])
+        self._velocity = (state_size + 1) // 2
+        self._plant = self.DeclareVectorInputPort("plant_state", state_size)
+        self._state = self.DeclareDiscreteState(np.zeros(4 * params.delay_ticks))
+        self.DeclareVectorOutputPort(
+            TORSO_ORIENTATION.name,
+            TORSO_ORIENTATION.size,
+            self._calc,
+            prerequisites_of_calc={self.discrete_state_ticket(self._state)},
+        )
+        self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._update)
+
+    def _calc(self, context, output):
+        output.set_value(context.get_discrete_state(self._state).value()[-4:])
+
+    def _update(self, context, state):
+        plant = self._plant.Eval(context)
+        sample = inclination(plant[:4], plant[self._velocity : self._velocity + 3])
+        sample += self._bias + self._scale * self._noise(round(context.get_time() / self._period))
+        line = context.get_discrete_state(self._state).value()
+        state.set_value(self._state, np.concatenate([sample, line[:-4]]))

@@ -1,0 +1,180 @@
+"""Velocity-level inverse kinematics with automatic supervisory control (Liegeois).
+
+The paper names the method [26]. The law is the one of the LOLA group's publications: weighted
+pseudo-inverse, drift correction, and the gradient of a cost in the null space (joint limits and
+comfort pose). Damping, weights and margins are our own choice.
+
+| paper         | here                         |
+|---------------|------------------------------|
+| w_mod, w_mod' | `task_command_l/r`           |
+| q, q'         | `q` and `q_dot` of `joint_command` |
+
+With it goes a feed-forward torque for the joint controllers, as LOLA's joint command carries one:
+the static torque that holds the desired foot wrenches, -J^T lambda_d. Gravity is part of it, since
+the task is the feet's motion relative to the CoM.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from pydrake.systems.framework import LeafSystem
+from scipy.linalg.lapack import dposv
+
+from lola_drake.blocks.hybrid_force_control import FORCE_CONTROLLED
+from lola_drake.parameters import parameter, validate
+from lola_drake.robot import FOOT_TASK, JOINT_INDEX, Kinematics
+from lola_drake.signals import DESIRED_WRENCH, JOINT_COMMAND, JOINTS, TASK_COMMAND, TASK_REFERENCE
+
+_N = len(JOINTS)
+_TOES = np.array([JOINT_INDEX["tzfl"], JOINT_INDEX["tzfr"]])
+_TOE_LIFT = np.array([1.0, -1.0])
+_PRESCRIBED = [JOINT_INDEX[name] for name in ("tzfr", "tzfl", "tvp", "tvt")]
+_WRENCH_ROWS = np.concatenate([FORCE_CONTROLLED, FOOT_TASK + FORCE_CONTROLLED])
+
+
+@dataclass(frozen=True)
+class InverseKinematicsParams:
+    """Drift correction, damping and the null space."""
+
+    drift_correction: float = parameter(
+        0.1, "part of the task error that is removed in one tick", "-", minimum=0, maximum=1
+    )
+    damping: float = parameter(1e-4, "damping of the pseudo-inverse", "-", minimum=0)
+    comfort_gain: float = parameter(2.0, "return to the comfort pose", "1/s", minimum=0)
+    limit_gain: float = parameter(5.0, "retreat from the joint limits", "1/s", minimum=0)
+    limit_margin: float = parameter(
+        0.2, "distance from a joint limit where the retreat begins", "rad", above=0
+    )
+    feedforward: float = parameter(
+        1.0, "part of the static torque that is fed forward", "-", minimum=0, maximum=1
+    )
+
+    def __post_init__(self):
+        validate(self)
+
+
+def null_space_motion(
+    q: np.ndarray,
+    comfort: np.ndarray,
+    lower: np.ndarray,
+    upper: np.ndarray,
+    params: InverseKinematicsParams,
+) -> np.ndarray:
+    """Return the joint rates that descend the cost (rad/s): comfort pose and joint limits."""
+    margin = params.limit_margin
+    over = np.maximum(q - (upper - margin), 0.0) + np.minimum(q - (lower + margin), 0.0)
+    return params.comfort_gain * (comfort - q) - params.limit_gain * over
+
+
+def resolve_rates(
+    jacobian: np.ndarray,
+    rates: np.ndarray,
+    mobility: np.ndarray,
+    wish: np.ndarray,
+    damping: float,
+) -> np.ndarray:
+    """Return joint rates that follow the task rates and come near the wish otherwise.
+
+    Args:
+        jacobian: task rates per joint rate, shape (m, n).
+        rates: wanted task rates, shape (m,).
+        mobility: diagonal of the inverse weights W^-1, shape (n,); a joint with 0 keeps its wish.
+        wish: z, joint rates wanted in the null space (rad/s), shape (n,).
+        damping: of the pseudo-inverse.
+
+    Returns:
+        q' = z + W^-1 J^T (J W^-1 J^T + damping I)^-1 (w' - J z), shape (n,).
+    """
+    weighted = jacobian * mobility
+    gram = weighted.dot(jacobian.T)
+    gram.flat[:: len(rates) + 1] += damping
+    _, multipliers, failed = dposv(gram, rates - jacobian.dot(wish), lower=1, overwrite_a=1)
+    if failed:
+        raise ArithmeticError("inverse kinematics: the task's Gram matrix is not positive definite")
+    return wish + weighted.T.dot(multipliers)
+
+
+class InverseKinematics(LeafSystem):
+    """Turns the feet's commands into joint commands.
+
+    The state is the commanded joint angles, so that the block needs no measured ones.
+
+    .. pydrake_system::
+
+        name: InverseKinematics
+        input_ports:
+        - task_command_l
+        - task_command_r
+        - task_reference
+        - desired_wrench
+        output_ports:
+        - joint_command
+    """
+
+    def __init__(
+        self,
+        params: InverseKinematicsParams,
+        kinematics: Kinematics,
+        initial: np.ndarray,
+        period: float,
+    ):
+        """Create the block.
+
+        Args:
+            params: gains.
+            kinematics: the controller's model; the block uses it alone.
+            initial: joint angles at the start (rad), shape (24,); also the comfort pose.
+            period: the control period (s).
+        """
+        super().__init__()
+        self._params, self._kinematics, self._period = params, kinematics, period
+        self._comfort = initial.copy()
+        self._lower, self._upper = kinematics.position_limits
+        self._mobility = np.ones(_N)
+        self._mobility[_PRESCRIBED] = 0.0
+        self._state = self.DeclareDiscreteState(initial)
+        self._commands = [
+            self.DeclareVectorInputPort(f"task_command_{foot}", TASK_COMMAND.size) for foot in "lr"
+        ]
+        self._reference = self.DeclareVectorInputPort("task_reference", TASK_REFERENCE.size)
+        self._desired = self.DeclareVectorInputPort("desired_wrench", DESIRED_WRENCH.size)
+        inputs = {p.ticket() for p in (*self._commands, self._reference, self._desired)}
+        self._output = self.DeclareVectorOutputPort(
+            JOINT_COMMAND.name,
+            JOINT_COMMAND.size,
+            self._calc,
+            prerequisites_of_calc=inputs | {self.discrete_state_ticket(self._state)},
+        )
+        self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._update)
+
+    def _calc(self, context, output):
+        q = context.get_discrete_state(self._state).value()
+        left, right = (port.Eval(context) for port in self._commands)
+        kinematics, params = self._kinematics, self._params
+        kinematics.update(q)
+        w = np.concatenate([left[:6], right[:6]])
+        w_dot = np.concatenate([left[6:], right[6:]])
+        correction = params.drift_correction / self._period
+        wish = null_space_motion(q, self._comfort, self._lower, self._upper, params)
+        wish[_PRESCRIBED] = self._prescribed_rates(context, q, correction)
+        rates = resolve_rates(
+            kinematics.jacobian,
+            w_dot + correction * (w - kinematics.w),
+            self._mobility,
+            wish,
+            params.damping,
+        )
+        wrench = self._desired.Eval(context)[:6]
+        torque = -params.feedforward * kinematics.jacobian[_WRENCH_ROWS].T.dot(wrench)
+        output.set_value(np.concatenate([q + self._period * rates, rates, torque]))
+
+    def _prescribed_rates(self, context, q: np.ndarray, correction: float) -> np.ndarray:
+        """Return the rates of the toes and the head, in the order of _PRESCRIBED."""
+        reference = self._reference.Eval(context)
+        target, rate = np.zeros(_N), np.zeros(_N)
+        target[_TOES] = _TOE_LIFT * reference[TASK_REFERENCE.slice("toes")]
+        rate[_TOES] = _TOE_LIFT * reference[TASK_REFERENCE.slice("toe_rates")]
+        return (rate + correction * (target - q))[_PRESCRIBED]
+
+    def _update(self, context, state):
+        state.set_value(self._state, self._output.Eval(context)[:_N])

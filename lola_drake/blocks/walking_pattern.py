@@ -1,0 +1,253 @@
+"""The walking pattern generator: from what the user asks for to references for the next step.
+
+The paper takes the ideal pattern as given; its structure (a plan over the next three steps, made
+anew at the beginning of each, and a CoM found by spline collocation) is that of the LOLA group's
+publications (Buschmann et al. 2007, 2010). The numbers are our own choice unless they are marked.
+
+| paper            | here                            |
+|------------------|---------------------------------|
+| w_id, w_id'      | output `task_reference`         |
+| Lambda_id        | output `ideal_wrench`           |
+| b_f              | `blend` in output `gait_phase`  |
+"""
+
+from collections import OrderedDict
+from dataclasses import dataclass
+
+import numpy as np
+from pydrake.systems.framework import LeafSystem
+
+from lola_drake.parameters import parameter, validate
+from lola_drake.signals import (
+    GAIT_PHASE,
+    IDEAL_WRENCH,
+    PLANNED_MOTION,
+    TASK_REFERENCE,
+    WALK_COMMAND,
+)
+from lola_drake.theory.gait import LEFT, GaitTiming, foothold
+from lola_drake.theory.leg_masses import LegModel
+from lola_drake.theory.step_plan import PatternModel, StepPlan, StepRequest, plan_step
+
+HORIZON = 3
+"""Steps planned ahead; as on LOLA (interface headers, 2018)."""
+
+
+@dataclass(frozen=True)
+class WalkingPatternParams:
+    """How LOLA walks."""
+
+    step_time: float = parameter(0.8, "from touchdown to touchdown (paper)", "s", minimum=0.4)
+    double_support: float = parameter(
+        0.2, "part of the step in which both feet carry (estimate)", "s", minimum=0.05
+    )
+    first_double_support: float = parameter(
+        0.8, "shift of the load before the first step", "s", minimum=0.2
+    )
+    last_double_support: float = parameter(
+        0.4, "shift of the load after the last step", "s", minimum=0.1
+    )
+    step_height: float = parameter(0.05, "clearance of the swing foot", "m", minimum=0, maximum=0.2)
+    step_width: float = parameter(
+        0.23, "distance of the feet sideways", "m", minimum=0.22, maximum=0.5
+    )
+    com_height: float = parameter(
+        0.87, "height of the CoM above the ground", "m", minimum=0.6, maximum=0.95
+    )
+    zmp_forward: float = parameter(
+        0.0, "ZMP under a loaded foot, forward of the TCP", "m", minimum=-0.1, maximum=0.1
+    )
+    zmp_inward: float = parameter(
+        0.03, "ZMP under a loaded foot, inward of the TCP", "m", minimum=-0.05, maximum=0.09
+    )
+    blend_time: float = parameter(
+        0.1, "duration of the blending between force and position control", "s", above=0
+    )
+    horizontal_lead: float = parameter(
+        0.05, "part of the swing before the foot moves forward", "-", minimum=0, maximum=0.4
+    )
+    horizontal_lag: float = parameter(
+        0.05, "part of the swing after it has moved forward", "-", minimum=0, maximum=0.4
+    )
+    toe_lift: float = parameter(
+        0.15, "lift of the toe in the middle of the swing", "rad", minimum=0, maximum=0.6
+    )
+
+    def __post_init__(self):
+        validate(self)
+
+    def timing(self) -> GaitTiming:
+        """Return the part that the schedule of the gait needs."""
+        names = GaitTiming.__dataclass_fields__
+        return GaitTiming(**{name: getattr(self, name) for name in names})
+
+
+class WalkingPattern(LeafSystem):
+    """Plans each step at its beginning and plays the plan, one row per tick.
+
+    The discrete state is the request that the present plan answers. The plan itself is a pure
+    function of it and is kept in a memo, not in the state.
+
+    .. pydrake_system::
+
+        name: WalkingPattern
+        input_ports:
+        - walk_command
+        output_ports:
+        - task_reference
+        - gait_phase
+        - ideal_wrench
+        - planned_motion
+    """
+
+    def __init__(
+        self,
+        params: WalkingPatternParams,
+        legs: LegModel,
+        period: float,
+        *,
+        steps: np.ndarray | None = None,
+        start_time: float = 0.0,
+    ):
+        """Create the generator, standing at the plan's origin.
+
+        Args:
+            params: the gait.
+            legs: lumped masses of the robot.
+            period: the control period (s).
+            steps: (forward, left, turn) of each step in m and rad, shape (n, 3); None to follow
+                the command.
+            start_time: when the first of `steps` begins (s).
+        """
+        super().__init__()
+        self.params, self._period = params, period
+        self._steps, self._start_time = steps, start_time
+        self._model = PatternModel(
+            timing=params.timing(),
+            legs=legs,
+            p_TcpZmp=np.array([params.zmp_forward, params.zmp_inward]),
+            blend_time=params.blend_time,
+            period=period,
+        )
+        self._plans: OrderedDict[bytes, tuple[StepRequest, StepPlan]] = OrderedDict()
+        self.command = self.DeclareVectorInputPort("walk_command", WALK_COMMAND.size)
+        self._state = self.DeclareDiscreteState(pack_request(standing_request(params)))
+        self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._update)
+        on = {self.discrete_state_ticket(self._state), self.time_ticket()}
+        for signal in (TASK_REFERENCE, GAIT_PHASE, IDEAL_WRENCH, PLANNED_MOTION):
+            self.DeclareVectorOutputPort(
+                signal.name, signal.size, self._player(signal.name), prerequisites_of_calc=on
+            )
+
+    def _player(self, name: str):
+        def calc(context, output):
+            _, plan, row = self._plan(context)
+            output.set_value(getattr(plan, name)[row])
+
+        return calc
+
+    def _plan(self, context) -> tuple[StepRequest, StepPlan, int]:
+        """Return the request, its plan and the row that belongs to the context's time."""
+        state = context.get_discrete_state(self._state).value()
+        key = state.tobytes()
+        if key not in self._plans:
+            request = unpack_request(state)
+            self._plans[key] = (request, plan_step(self._model, request))
+            if len(self._plans) > 4:
+                self._plans.popitem(last=False)
+        request, plan = self._plans[key]
+        row = round((context.get_time() - request.start_time) / self._period)
+        return request, plan, min(max(row, 0), len(plan.gait_phase) - 1)
+
+    def _update(self, context, state) -> None:
+        request, plan, row = self._plan(context)
+        standing = plan.load == 0.5 and request.load == 0.5
+        command = self.command.Eval(context)
+        last = len(plan.gait_phase) - 1
+        if row + 1 < last and not (standing and self._wants_steps(context, command)):
+            return
+        self._begin_next(context, state, request, plan, min(row + 1, last), command)
+
+    def _begin_next(self, context, state, request, plan, row, command) -> None:
+        motion = plan.planned_motion[row]
+        stepped = plan.load != 0.5
+        following = StepRequest(
+            start_time=request.start_time + row * self._period,
+            step_index=request.step_index + stepped,
+            swing=1 - request.swing if stepped else request.swing,
+            load=plan.load,
+            com=motion[PLANNED_MOTION.slice("com")],
+            com_velocity=motion[PLANNED_MOTION.slice("com_velocity")],
+            feet=(
+                motion[PLANNED_MOTION.slice("foot_l")],
+                motion[PLANNED_MOTION.slice("foot_r")],
+            ),
+            path=plan.path,
+            displacements=self._displacements(context, request.step_index + stepped, command),
+        )
+        state.get_mutable_value(self._state)[:] = pack_request(following)
+
+    def _wants_steps(self, context, command: np.ndarray) -> bool:
+        step_index = int(context.get_discrete_state(self._state).value()[1])
+        return len(self._displacements(context, step_index, command)) > 0
+
+    def _displacements(self, context, step_index: int, command: np.ndarray) -> np.ndarray:
+        """Return the next steps that are asked for, at most the horizon."""
+        if self._steps is None:
+            moving = bool(np.any(command))
+            return np.tile(command * self.params.step_time, (HORIZON if moving else 0, 1))
+        if context.get_time() < self._start_time - 0.5 * self._period:
+            return np.zeros((0, 3))
+        return self._steps[step_index : step_index + HORIZON]
+
+
+def standing_request(params: WalkingPatternParams) -> StepRequest:
+    """Return the request of a robot that stands at the plan's origin."""
+    feet = []
+    for foot in (0, 1):
+        x, y, yaw = foothold(np.zeros(3), foot, params.step_width)
+        feet.append(np.array([x, y, 0.0, yaw]))
+    return StepRequest(
+        start_time=0.0,
+        step_index=0,
+        swing=LEFT,
+        load=0.5,
+        com=np.array([params.zmp_forward, 0.0, params.com_height]),
+        com_velocity=np.zeros(3),
+        feet=(feet[0], feet[1]),
+        path=np.zeros(3),
+        displacements=np.zeros((0, 3)),
+    )
+
+
+def pack_request(request: StepRequest) -> np.ndarray:
+    """Return the request as a vector of fixed size."""
+    displacements = np.zeros((HORIZON, 3))
+    displacements[: len(request.displacements)] = request.displacements
+    return np.concatenate(
+        [
+            [request.start_time, request.step_index, request.swing, request.load],
+            request.com,
+            request.com_velocity,
+            *request.feet,
+            request.path,
+            [len(request.displacements)],
+            displacements.ravel(),
+        ]
+    )
+
+
+def unpack_request(vector: np.ndarray) -> StepRequest:
+    """Return the request that `pack_request` wrote."""
+    count = int(vector[21])
+    return StepRequest(
+        start_time=vector[0],
+        step_index=int(vector[1]),
+        swing=int(vector[2]),
+        load=vector[3],
+        com=vector[4:7].copy(),
+        com_velocity=vector[7:10].copy(),
+        feet=(vector[10:14].copy(), vector[14:18].copy()),
+        path=vector[18:21].copy(),
+        displacements=vector[22:].reshape(-1, 3)[:count].copy(),
+    )

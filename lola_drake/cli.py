@@ -1,0 +1,146 @@
+"""The `lola` command: arguments in, calls the rest, prints.
+
+What a user should read goes to stderr, except for results asked for: with `--json` stdout holds
+one JSON document and nothing else. Drake is imported by the commands that need it, so that the
+others answer at once.
+"""
+
+import json
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+from rich.console import Console
+from rich.progress import BarColumn, Progress, ProgressColumn, Task, TextColumn, TimeElapsedColumn
+from rich.table import Table
+from rich.text import Text
+
+from lola_drake.paths import list_scenarios
+
+if TYPE_CHECKING:
+    from lola_drake.results import Result
+
+INTERRUPTED = 130
+"""Exit code after Ctrl-C, as shells give it."""
+
+app = typer.Typer(
+    help="Walk the humanoid LOLA in simulation, look into its controller, and analyse it.",
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+)
+
+Json = Annotated[bool, typer.Option("--json", help="Print the result as JSON, and nothing else.")]
+
+
+@app.command()
+def simulate(
+    scenario: Annotated[str, typer.Argument(help="A name from `lola list`, or a YAML file.")],
+    changes: Annotated[
+        list[str] | None,
+        typer.Option("--set", metavar="KEY=VALUE", help="Change a value; may be repeated."),
+    ] = None,
+    seed: Annotated[int | None, typer.Option(help="Seed of all random numbers.")] = None,
+    variant: Annotated[str | None, typer.Option(help="ref or dyn.")] = None,
+    output: Annotated[
+        Path | None, typer.Option("--output", "-o", help="Folder of the run (runs/SCENARIO).")
+    ] = None,
+    force: Annotated[bool, typer.Option("--force", help="Replace the run in that folder.")] = False,
+    as_json: Json = False,
+    quiet: Annotated[bool, typer.Option("--quiet", help="Show no progress, no table.")] = False,
+) -> None:
+    """Run a scenario; write its signals and metrics into a folder."""
+    from lola_drake.results import check_folder
+    from lola_drake.scenario import load_scenario
+    from lola_drake.simulation import simulate as run
+
+    options = {"seed": seed, "variant": variant}
+    given = [f"{name}={value}" for name, value in options.items() if value is not None]
+    with _errors_in_one_line():
+        chosen = load_scenario(scenario, [*(changes or []), *given])
+        folder = output or Path("runs") / chosen.name
+        check_folder(folder, force=force)
+        with _progress(chosen.name, chosen.duration, show=not quiet) as advance:
+            result = run(chosen, progress=advance)
+        result.save(folder, force=force)
+    if as_json:
+        print(json.dumps(result.summary, indent=2))
+    elif not quiet:
+        Console().print(_summary_table(result))
+        print(f"written to {folder}")
+    if not result.completed and result.fall_time is None:
+        raise typer.Exit(INTERRUPTED)
+
+
+@app.command("list")
+def list_(as_json: Json = False) -> None:
+    """List the scenarios, with one line each."""
+    scenarios = list_scenarios()
+    if as_json:
+        print(json.dumps(scenarios, indent=2))
+        return
+    width = max(map(len, scenarios))
+    for name, description in scenarios.items():
+        print(f"{name:{width}}  {description}")
+
+
+@contextmanager
+def _errors_in_one_line() -> Iterator[None]:
+    """Exit with code 2 and one line on stderr where a user's input cannot be used."""
+    from lola_drake.results import ResultError
+    from lola_drake.scenario import ScenarioError
+
+    try:
+        yield
+    except (ScenarioError, ResultError) as error:
+        typer.echo(f"lola: {error}", err=True)
+        raise typer.Exit(2) from None
+
+
+class _RealTimeRate(ProgressColumn):
+    """Simulated time over elapsed time."""
+
+    def render(self, task: Task) -> Text:
+        """Return the rate since the beginning, such as 2.1x."""
+        rate = task.completed / task.elapsed if task.elapsed else 0.0
+        return Text(f"{rate:.1f}x real time")
+
+
+@contextmanager
+def _progress(name: str, duration: float, *, show: bool) -> Iterator[Callable | None]:
+    """Show a progress bar on stderr; gives the function that takes the simulated time."""
+    if not show:
+        yield None
+        return
+    columns = (
+        TextColumn(name),
+        BarColumn(),
+        TextColumn("{task.completed:.1f} of {task.total:.1f} s"),
+        _RealTimeRate(),
+        TimeElapsedColumn(),
+    )
+    with Progress(*columns, console=Console(stderr=True), transient=True) as progress:
+        task = progress.add_task(name, total=duration)
+        yield lambda time: progress.update(task, completed=time)
+
+
+def _summary_table(result: "Result") -> Table:
+    """Return the outcome of a run as a table."""
+    table = Table(title=f"{result.scenario.name} ({result.scenario.variant})", show_header=False)
+    for name, value in result.summary.items():
+        if name not in ("scenario", "variant", "versions"):
+            table.add_row(name, _readable(value))
+    return table
+
+
+def _readable(value: object) -> str:
+    """Return a metric as a short text."""
+    if isinstance(value, dict):
+        return ", ".join(f"{key} {_readable(entry)}" for key, entry in value.items())
+    if value is None:
+        return "-"
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    return f"{value:.3g}" if isinstance(value, float) else str(value)

@@ -1,0 +1,152 @@
+"""Numbers that sum up a run: each a small pure function of its signals.
+
+All take arrays with one row per sample, as in `Result.signals`; lengths are in m, times in s.
+"""
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from lola_drake.logged import GROUND_FORCE, TORSO_POSE
+from lola_drake.signals import CONTACT_WRENCH, DESIRED_WRENCH, FEET, GAIT_PHASE, TASK_COMMAND
+
+SETTLED = 0.5
+"""The first half second does not count: the robot is set down on its feet."""
+
+CALM = 0.5
+"""An inclination (deg) that says nothing: walking undisturbed stays below."""
+
+LOADED = 50.0
+"""Vertical force (N) from which on a foot counts as standing."""
+
+Signals = Mapping[str, np.ndarray]
+
+
+def metrics(times: np.ndarray, signals: Signals) -> dict[str, object]:
+    """Return all metrics of a run (until its fall, if it falls), by the names of summary.json."""
+    torso, gait = signals["torso_pose"], signals["gait_phase"]
+    forces = [signals[f"ground_force_{foot}"] for foot in FEET]
+    feet = [signals[f"foot_pose_{foot}"] for foot in FEET]
+    settled, walking = times >= SETTLED, walking_part(gait)
+    counted = walking if walking.any() else settled
+    return {
+        "distance_m": distance(torso, gait),
+        "mean_speed_m_per_s": mean_speed(times, torso, gait),
+        "max_inclination_deg": max_inclination(torso[settled]),
+        "rms_torque_error_Nm": rms(torque_error(signals)[counted]),
+        "max_foot_force_N": max_foot_force([force[settled] for force in forces]),
+        "max_slip_m": max(map(max_slip, feet, forces)),
+        "settling_time_s": settling_time(times[settled], torso[settled]),
+    }
+
+
+def inclination_deg(torso_pose: np.ndarray) -> np.ndarray:
+    """Return the torso's roll and pitch in degrees, shape (n, 2)."""
+    return np.degrees(torso_pose[:, TORSO_POSE.slice("rpy")][:, :2])
+
+
+def max_inclination(torso_pose: np.ndarray) -> dict[str, float]:
+    """Return the largest inclination (deg) about x and y, without sign."""
+    return _xy(np.abs(inclination_deg(torso_pose)).max(axis=0, initial=0.0))
+
+
+def torque_error(signals: Signals) -> np.ndarray:
+    """Return desired minus measured torque about the CoM in T (Nm), x and y, shape (n, 2).
+
+    The torque of both feet about the CoM, with r from the CoM to the TCP: the rows of R_f in
+    eq. 18, T_x + r_y F_z and T_y - r_x F_z.
+    """
+    total = 0.0
+    for foot in FEET:
+        desired = signals["desired_wrench"][:, DESIRED_WRENCH.slice(f"wrench_{foot}")]
+        measured = signals[f"contact_wrench_{foot}"][:, CONTACT_WRENCH.slice("wrench")]
+        r = signals[f"task_command_{foot}"][:, TASK_COMMAND.slice("w")]
+        T_x, T_y, F_z = (desired - measured).T
+        total = total + np.column_stack([T_x + r[:, 1] * F_z, T_y - r[:, 0] * F_z])
+    return total
+
+
+def rms(values: np.ndarray) -> dict[str, float]:
+    """Return the root mean square of both columns; zero where there are no rows."""
+    return _xy(np.sqrt(np.square(values).sum(axis=0) / max(len(values), 1)))
+
+
+def walking_part(gait_phase: np.ndarray) -> np.ndarray:
+    """Return which samples lie between the first lift-off and the last touchdown of the plan."""
+    swinging = gait_phase[:, GAIT_PHASE.slice("support")].sum(axis=1) < 1.5
+    later, earlier = np.cumsum(swinging) > 0, np.cumsum(swinging[::-1])[::-1] > 0
+    return later & earlier
+
+
+def touchdowns(gait_phase: np.ndarray) -> np.ndarray:
+    """Return the samples at which the plan has finished one step more."""
+    return np.flatnonzero(np.diff(gait_phase[:, GAIT_PHASE.index("step_index")]) > 0.5) + 1
+
+
+def centre_line(torso_pose: np.ndarray, gait_phase: np.ndarray) -> np.ndarray:
+    """Return where the torso is from step to step, in W, shape (steps - 1, 2).
+
+    Midpoints of its positions at successive touchdowns: the sway to left and right cancels.
+    """
+    at = torso_pose[touchdowns(gait_phase), :2]
+    return 0.5 * (at[1:] + at[:-1])
+
+
+def distance(torso_pose: np.ndarray, gait_phase: np.ndarray) -> float:
+    """Return the length of the torso's way from its first place over the centre line to its last.
+
+    On a straight walk this is the distance covered, in a curve the length of the curve.
+    """
+    line = centre_line(torso_pose, gait_phase)
+    return _length(np.vstack([torso_pose[:1, :2], line, torso_pose[-1:, :2]]))
+
+
+def mean_speed(times: np.ndarray, torso_pose: np.ndarray, gait_phase: np.ndarray) -> float:
+    """Return the mean speed of steady walking, along the centre line.
+
+    The first step, which gathers speed, ends before that line; the last one, which brakes, is
+    left out. A walk too short to be steady has its distance over its whole time.
+    """
+    steady = centre_line(torso_pose, gait_phase)[:-1]
+    if len(steady) < 2:
+        duration = np.ptp(times) if len(times) else 0.0
+        return distance(torso_pose, gait_phase) / duration if duration else 0.0
+    at = times[touchdowns(gait_phase)]
+    middle = 0.5 * (at[1:] + at[:-1])[:-1]
+    return _length(steady) / float(middle[-1] - middle[0])
+
+
+def max_foot_force(ground_forces: list[np.ndarray]) -> float:
+    """Return the largest vertical force of the ground on one foot (N)."""
+    vertical = GROUND_FORCE.slice("F").start + 2
+    return float(max(force[:, vertical].max(initial=0.0) for force in ground_forces))
+
+
+def max_slip(foot_pose: np.ndarray, ground_force: np.ndarray) -> float:
+    """Return how far the TCP of one foot moved along the ground in its worst step."""
+    loaded = np.concatenate([[False], ground_force[:, 2] > LOADED, [False]])
+    starts, ends = np.flatnonzero(np.diff(loaded)).reshape(-1, 2).T
+    moved = foot_pose[ends - 1, :2] - foot_pose[starts, :2]
+    return float(np.linalg.norm(moved, axis=1).max(initial=0.0))
+
+
+def settling_time(times: np.ndarray, torso_pose: np.ndarray) -> float | None:
+    """Return the time from the largest inclination until it stays below `CALM`.
+
+    Zero if it never was above; None if it still is at the end.
+    """
+    size = np.linalg.norm(inclination_deg(torso_pose), axis=1)
+    disturbed = np.flatnonzero(size >= CALM)
+    if not len(disturbed):
+        return 0.0
+    if disturbed[-1] == len(times) - 1:
+        return None
+    return float(times[disturbed[-1] + 1] - times[np.argmax(size)])
+
+
+def _length(points: np.ndarray) -> float:
+    return float(np.linalg.norm(np.diff(points, axis=0), axis=1).sum())
+
+
+def _xy(pair: np.ndarray) -> dict[str, float]:
+    return {"x": float(pair[0]), "y": float(pair[1])}

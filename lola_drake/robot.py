@@ -1,0 +1,223 @@
+"""LOLA: the model files, the names of its joints and frames, and the controller's kinematics."""
+
+from functools import cached_property
+
+import numpy as np
+from pydrake.multibody.parsing import Parser
+from pydrake.multibody.plant import MultibodyPlant
+from pydrake.multibody.tree import JacobianWrtVariable, ModelInstanceIndex
+
+from lola_drake.paths import models_dir
+from lola_drake.signals import FEET, JOINTS
+from lola_drake.theory.constants import GRAVITY
+from lola_drake.theory.contact_model import Pad
+from lola_drake.theory.leg_masses import LegModel
+
+PADS = (
+    Pad(x=-0.095, y=0.09, length=0.08, width=0.04),
+    Pad(x=-0.095, y=-0.09, length=0.08, width=0.04),
+    Pad(x=0.095, y=0.09, length=0.08, width=0.04),
+    Pad(x=0.095, y=-0.09, length=0.08, width=0.04),
+)
+"""The four pads of a foot relative to its TCP: rear left, rear right, front left, front right."""
+
+FOOT_TASK = 6
+"""Size of one foot's task: x, y, z, sin gamma_x, sin gamma_y, gamma_z."""
+
+JOINT_INDEX = {name: i for i, name in enumerate(JOINTS)}
+MIRRORED_JOINTS = tuple(
+    JOINT_INDEX[name[:-1] + {"r": "l", "l": "r"}[name[-1]]]
+    if len(name) == 4 and name[-1] in "rl"
+    else JOINT_INDEX[name]
+    for name in JOINTS
+)
+
+
+def add_lola(plant: MultibodyPlant) -> ModelInstanceIndex:
+    """Parse LOLA into the plant (before Finalize) and return its model instance."""
+    parser = Parser(plant)
+    parser.package_map().AddPackageXml(str(models_dir() / "package.xml"))
+    (instance,) = parser.AddModels(url="package://lola_models/lola/lola.urdf")
+    return instance
+
+
+class Kinematics:
+    """The controller's own model of the robot, seen from the torso.
+
+    The torso is taken as upright and at rest: positions and Jacobians are those of the task
+    space, the feet relative to the CoM in the torso frame T. Call `update` first.
+    """
+
+    def __init__(self):
+        self.plant = MultibodyPlant(time_step=0.0)
+        add_lola(self.plant)
+        self.plant.Finalize()
+        self.context = self.plant.CreateDefaultContext()
+        self.mass = self.plant.CalcTotalMass(self.context)
+        self._positions = np.zeros(self.plant.num_positions())
+        self._positions[0] = 1.0
+        self._world = self.plant.world_frame()
+        self._tcp = [self.plant.GetFrameByName(f"tcp_{foot}") for foot in FEET]
+        self._origin = np.zeros(3)
+        self.w = np.zeros(2 * FOOT_TASK)
+        self.jacobian = np.zeros((2 * FOOT_TASK, len(JOINTS)))
+
+    def update(self, q: np.ndarray) -> None:
+        """Compute w and its Jacobian (rates of w per joint rate) at the joint angles q (24)."""
+        self._positions[7:] = q
+        plant, context = self.plant, self.context
+        plant.SetPositions(context, self._positions)
+        # The torso's rows of the mass matrix are the momentum of the moving joints.
+        self._mass_matrix = plant.CalcMassMatrix(context)
+        com = plant.CalcCenterOfMassPositionInWorld(context)
+        com_jacobian = self._mass_matrix[3:6, 6:] / self.mass
+        for k, frame in enumerate(self._tcp):
+            spatial = plant.CalcJacobianSpatialVelocity(
+                context, JacobianWrtVariable.kV, frame, self._origin, self._world, self._world
+            )[:, 6:]
+            pose = frame.CalcPoseInWorld(context)
+            rotation = pose.rotation().matrix()
+            i = k * FOOT_TASK
+            self.w[i : i + 3] = pose.translation() - com
+            self.w[i + 3 : i + 6] = foot_angles(rotation)
+            self.jacobian[i : i + 3] = spatial[3:] - com_jacobian
+            self.jacobian[i + 3 : i + 6] = foot_angle_rates(rotation).dot(spatial[:3])
+
+    def centroidal_inertia(self, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return the CoM in T (m), shape (3,), and the inertia about it (kg m^2), shape (3, 3)."""
+        self.update(q)
+        bodies = self.plant.GetBodyIndices(self.plant.GetModelInstanceByName("lola"))
+        inertia = self.plant.CalcSpatialInertia(self.context, self._world, bodies)
+        com = inertia.get_com()
+        return com, inertia.Shift(com).CalcRotationalInertia().CopyToFullMatrix3()
+
+    @cached_property
+    def position_limits(self) -> tuple[np.ndarray, np.ndarray]:
+        """Return the lower and upper hardware limits of the joints (rad)."""
+        return self.plant.GetPositionLowerLimits()[7:], self.plant.GetPositionUpperLimits()[7:]
+
+    @cached_property
+    def velocity_limits(self) -> np.ndarray:
+        """Return the joints' greatest speeds (rad/s)."""
+        return self.plant.GetVelocityUpperLimits()[6:]
+
+    @cached_property
+    def effort_limits(self) -> np.ndarray:
+        """Return the joints' greatest torques (Nm)."""
+        return self.plant.GetEffortUpperLimits()
+
+
+def foot_angles(rotation: np.ndarray) -> np.ndarray:
+    """Return sin gamma_x, sin gamma_y (independent rotations about T's axes) and gamma_z.
+
+    Args:
+        rotation: R_TF, the foot's orientation in T.
+    """
+    return np.array([rotation[2, 1], -rotation[2, 0], np.arctan2(rotation[1, 0], rotation[0, 0])])
+
+
+def foot_angle_rates(rotation: np.ndarray) -> np.ndarray:
+    """Return the matrix that takes the foot's angular velocity in T to the rates of its angles."""
+    r00, r01 = rotation[0, 0], rotation[0, 1]
+    r10, r11 = rotation[1, 0], rotation[1, 1]
+    lean = rotation[2, 0] / (r00 * r00 + r10 * r10)
+    return np.array([[r11, -r01, 0.0], [-r10, r00, 0.0], [-lean * r00, -lean * r10, 1.0]])
+
+
+def posture(hip: float, knee: float, *, elbow: float = 0.4, shoulder: float = 0.0) -> np.ndarray:
+    """Return symmetric joint angles with bent legs and level feet (24, rad).
+
+    Args:
+        hip: flexion of the thigh forward (rad).
+        knee: flexion of the knee (rad).
+        elbow: flexion of the elbow (rad).
+        shoulder: flexion of the upper arm backward (rad).
+    """
+    q = np.zeros(len(JOINTS))
+    for name, angle in (("thf", -hip), ("tkf", knee), ("tsf", hip - knee)):
+        q[JOINT_INDEX[name + "r"]], q[JOINT_INDEX[name + "l"]] = angle, -angle
+    for name, angle in (("taf", shoulder), ("tef", -elbow)):
+        q[JOINT_INDEX[name + "r"]], q[JOINT_INDEX[name + "l"]] = angle, -angle
+    q[JOINT_INDEX["taar"]] = q[JOINT_INDEX["taal"]] = np.deg2rad(-10.0)
+    return q
+
+
+def solve_posture(kinematics: Kinematics, w: np.ndarray, q: np.ndarray) -> np.ndarray:
+    """Return joint angles whose feet are at w (12), near q; ValueError if out of reach."""
+    q = q.copy()
+    for _ in range(100):
+        kinematics.update(q)
+        error = w - kinematics.w
+        if np.abs(error).max() < 1e-10:
+            return q
+        jacobian = kinematics.jacobian
+        q += jacobian.T @ np.linalg.solve(jacobian @ jacobian.T + 1e-9 * np.eye(len(w)), error)
+    raise ValueError(f"no posture reaches the feet within {np.abs(error).max():.1e}")
+
+
+def leg_model(kinematics: Kinematics) -> LegModel:
+    """Return the robot's lumped masses, taken from the full model in its zero pose."""
+    plant, context = kinematics.plant, kinematics.context
+    plant.SetPositions(context, np.r_[1.0, np.zeros(plant.num_positions() - 1)])
+    groups = {
+        "thigh": ["hfl"],
+        "shank": ["kfl"],
+        "foot": ["sal", "sfl", "foot_l", "zfl"],
+    }
+    inertias = {
+        name: plant.CalcSpatialInertia(
+            context, plant.world_frame(), [plant.GetBodyByName(b).index() for b in bodies]
+        )
+        for name, bodies in groups.items()
+    }
+    limbs = {body for bodies in groups.values() for body in bodies}
+    limbs |= {body.removesuffix("l") + "r" for body in limbs}
+    rest = [
+        i
+        for i in plant.GetBodyIndices(plant.GetModelInstanceByName("lola"))
+        if plant.get_body(i).name() not in limbs
+    ]
+    body = plant.CalcSpatialInertia(context, plant.world_frame(), rest)
+
+    def origin(link: str) -> np.ndarray:
+        return plant.EvalBodyPoseInWorld(context, plant.GetBodyByName(link)).translation()
+
+    hip, knee, ankle = origin("hfl"), origin("kfl"), origin("sal")
+    tcp = plant.GetFrameByName("tcp_l").CalcPoseInWorld(context).translation()
+    transverse = {
+        name: inertia.Shift(inertia.get_com()).CalcRotationalInertia().get_moments()[1]
+        for name, inertia in inertias.items()
+    }
+    return LegModel(
+        body_mass=body.get_mass(),
+        p_TBody=body.get_com(),
+        p_THip=hip,
+        thigh_mass=inertias["thigh"].get_mass(),
+        shank_mass=inertias["shank"].get_mass(),
+        foot_mass=inertias["foot"].get_mass(),
+        thigh_length=hip[2] - knee[2],
+        shank_length=knee[2] - ankle[2],
+        thigh_com=hip[2] - inertias["thigh"].get_com()[2],
+        shank_com=knee[2] - inertias["shank"].get_com()[2],
+        thigh_inertia=transverse["thigh"],
+        shank_inertia=transverse["shank"],
+        p_TcpAnkle=ankle - tcp,
+        p_TcpFoot=inertias["foot"].get_com() - tcp,
+    )
+
+
+def foot_sensor_geometry(kinematics: Kinematics) -> tuple[np.ndarray, float, np.ndarray]:
+    """Return what lies below a foot's force sensor, in the foot frame with the TCP as origin.
+
+    Returns:
+        Position of the sensor (m), the weight below it (N), and that weight's CoM (m).
+    """
+    plant, context = kinematics.plant, kinematics.context
+    plant.SetPositions(context, np.r_[1.0, np.zeros(plant.num_positions() - 1)])
+    bodies = [plant.GetBodyByName(name) for name in ("foot_l", "zfl")]
+    inertia = plant.CalcSpatialInertia(
+        context, plant.world_frame(), [body.index() for body in bodies]
+    )
+    tcp = plant.GetFrameByName("tcp_l").CalcPoseInWorld(context).translation()
+    sensor = bodies[0].EvalPoseInWorld(context).translation()
+    return sensor - tcp, inertia.get_mass() * GRAVITY, inertia.get_com() - tcp

@@ -1,0 +1,200 @@
+"""The vectors that flow between the blocks: names, order, units and frames.
+
+One `Signal` per wide port. A block reads a field by its slice, taken once at import
+(`LOAD = GAIT_PHASE.slice("load")`); the logs and figures take names and units from here.
+Frames: W world, T torso (moves with the torso, its axes level and turned with the heading when
+the torso is upright), P plan (the world as the walking pattern believes it to be).
+Feet are always ordered left, right.
+"""
+
+from dataclasses import dataclass
+
+FEET = ("l", "r")
+
+
+@dataclass(frozen=True)
+class Field:
+    """A run of entries of one kind inside a signal."""
+
+    name: str
+    entries: tuple[str, ...]
+    unit: str
+    frame: str = ""
+
+
+@dataclass(frozen=True)
+class Signal:
+    """A named vector made of fields."""
+
+    name: str
+    doc: str
+    fields: tuple[Field, ...]
+
+    @property
+    def size(self) -> int:
+        """Return the number of entries."""
+        return sum(len(field.entries) for field in self.fields)
+
+    def slice(self, name: str) -> slice:
+        """Return where the field called `name` lies; KeyError if there is none."""
+        start = 0
+        for field in self.fields:
+            if field.name == name:
+                return slice(start, start + len(field.entries))
+            start += len(field.entries)
+        raise KeyError(f"{self.name} has no field {name!r}")
+
+    def index(self, name: str) -> int:
+        """Return the position of the one-entry field called `name`."""
+        where = self.slice(name)
+        if where.stop - where.start != 1:
+            raise KeyError(f"{self.name}.{name} has {where.stop - where.start} entries, not one")
+        return where.start
+
+    def entry_names(self) -> tuple[str, ...]:
+        """Return one name per entry, such as `w_l.x`."""
+        return tuple(
+            f"{field.name}.{entry}" if entry else field.name
+            for field in self.fields
+            for entry in field.entries
+        )
+
+    def entry_units(self) -> tuple[str, ...]:
+        """Return one unit per entry."""
+        return tuple(field.unit for field in self.fields for _ in field.entries)
+
+    def entry_frames(self) -> tuple[str, ...]:
+        """Return one frame per entry (empty where no frame applies)."""
+        return tuple(field.frame for field in self.fields for _ in field.entries)
+
+
+_ONE = ("",)
+_XY = ("x", "y")
+_XYZ = ("x", "y", "z")
+_FOOT = ("x", "y", "z", "sin_gamma_x", "sin_gamma_y", "gamma_z")
+_FORCE_CONTROLLED = ("T_x", "T_y", "F_z")
+_PADS = ("rear_left", "rear_right", "front_left", "front_right")
+JOINTS = (
+    "tbr", "tba",
+    "thrr", "thar", "thfr", "tkfr", "tsar", "tsfr", "tzfr",
+    "thrl", "thal", "thfl", "tkfl", "tsal", "tsfl", "tzfl",
+    "tafr", "taar", "tefr", "tafl", "taal", "tefl",
+    "tvp", "tvt",
+)  # fmt: skip
+
+WALK_COMMAND = Signal(
+    "walk_command",
+    "What the user asks for; all zero means stop.",
+    (
+        Field("velocity", _XY, "m/s", "heading"),
+        Field("turn_rate", _ONE, "rad/s", "heading"),
+    ),
+)
+TASK_REFERENCE = Signal(
+    "task_reference",
+    "w_id and its rate: each foot's TCP relative to the CoM, and the toes.",
+    (
+        Field("w_l", _FOOT, "m, -, rad", "T"),
+        Field("w_r", _FOOT, "m, -, rad", "T"),
+        Field("toes", ("l", "r"), "rad"),
+        Field("w_dot_l", _FOOT, "m/s, 1/s, rad/s", "T"),
+        Field("w_dot_r", _FOOT, "m/s, 1/s, rad/s", "T"),
+        Field("toe_rates", ("l", "r"), "rad/s"),
+    ),
+)
+GAIT_PHASE = Signal(
+    "gait_phase",
+    "Where in the gait the plan is, and how the feet share the load.",
+    (
+        Field("support", ("l", "r"), "0/1"),
+        Field("load", ("l", "r"), "-"),
+        Field("blend", ("l", "r"), "-"),
+        Field("step_index", _ONE, "-"),
+        Field("time_in_step", _ONE, "s"),
+    ),
+)
+IDEAL_WRENCH = Signal(
+    "ideal_wrench",
+    "Lambda_id: ideal force, and ideal torque about the CoM.",
+    (Field("F", _XYZ, "N", "T"), Field("T", _XYZ, "Nm", "T")),
+)
+PLANNED_MOTION = Signal(
+    "planned_motion",
+    "The plan seen from the ground, for logs, figures and metrics.",
+    (
+        Field("com", _XYZ, "m", "P"),
+        Field("com_velocity", _XYZ, "m/s", "P"),
+        Field("zmp", _XY, "m", "P"),
+        Field("heading", _ONE, "rad", "P"),
+        Field("foot_l", (*_XYZ, "yaw"), "m, rad", "P"),
+        Field("foot_r", (*_XYZ, "yaw"), "m, rad", "P"),
+    ),
+)
+TORSO_ORIENTATION = Signal(
+    "torso_orientation",
+    "Inclination of the torso and its rate, as the IMU reports them.",
+    (Field("phi", _XY, "rad"), Field("phi_dot", _XY, "rad/s")),
+)
+MODIFIED_WRENCH = Signal(
+    "modified_wrench",
+    "Lambda_mod: Lambda_id changed so that the torso stays upright.",
+    (Field("F", _XYZ, "N", "T"), Field("T", _XYZ, "Nm", "T")),
+)
+DESIRED_WRENCH = Signal(
+    "desired_wrench",
+    "lambda_f,d and its rate at each foot's TCP.",
+    (
+        Field("wrench_l", _FORCE_CONTROLLED, "Nm, N", "T"),
+        Field("wrench_r", _FORCE_CONTROLLED, "Nm, N", "T"),
+        Field("rate_l", _FORCE_CONTROLLED, "Nm/s, N/s", "T"),
+        Field("rate_r", _FORCE_CONTROLLED, "Nm/s, N/s", "T"),
+    ),
+)
+MEASURED_WRENCH = Signal(
+    "measured_wrench",
+    "lambda_f,m: what each foot's force/torque sensor reports, in its own frame.",
+    (
+        Field("F_l", _XYZ, "N", "sensor"),
+        Field("T_l", _XYZ, "Nm", "sensor"),
+        Field("F_r", _XYZ, "N", "sensor"),
+        Field("T_r", _XYZ, "Nm", "sensor"),
+    ),
+)
+CONTACT_WRENCH = Signal(
+    "contact_wrench",
+    "lambda_f (eq. 13): the measured wrench taken to the TCP in T.",
+    (Field("wrench", _FORCE_CONTROLLED, "Nm, N", "T"),),
+)
+CONTACT = Signal(
+    "contact",
+    "The four contact switches of each foot.",
+    (Field("pads_l", _PADS, "0/1"), Field("pads_r", _PADS, "0/1")),
+)
+GROUND_FORCE = Signal(
+    "ground_force",
+    "The ground's true force on each foot; for logs, not for control.",
+    (Field("F_l", _XYZ, "N", "W"), Field("F_r", _XYZ, "N", "W")),
+)
+COM_DYNAMICS_RATE = Signal(
+    "com_dynamics_rate",
+    "Delta w_dot_a,f (eq. 20).",
+    (Field("rate", ("sin_gamma_x", "sin_gamma_y", "z"), "1/s, m/s", "T"),),
+)
+TASK_MODIFICATION = Signal(
+    "task_modification",
+    "Delta w of one foot's force-controlled directions, and where it is limited (-1, 0, 1).",
+    (
+        Field("delta_w", ("sin_gamma_x", "sin_gamma_y", "z"), "-, m", "T"),
+        Field("limited", ("sin_gamma_x", "sin_gamma_y", "z"), "-1/0/1"),
+    ),
+)
+TASK_COMMAND = Signal(
+    "task_command",
+    "w_mod and its rate of one foot (eq. 10, 11).",
+    (Field("w", _FOOT, "m, -, rad", "T"), Field("w_dot", _FOOT, "m/s, 1/s, rad/s", "T")),
+)
+JOINT_COMMAND = Signal(
+    "joint_command",
+    "What the central controller sends to the joint controllers.",
+    (Field("q", JOINTS, "rad"), Field("q_dot", JOINTS, "rad/s"), Field("torque", JOINTS, "Nm")),
+)

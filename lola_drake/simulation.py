@@ -1,0 +1,331 @@
+"""The closed loop: plant, ground, sensors, controller and logs, and `simulate()`."""
+
+import signal
+import threading
+import time
+from collections.abc import Callable
+from contextlib import contextmanager
+
+import numpy as np
+from pydrake.geometry import (
+    AddCompliantHydroelasticProperties,
+    AddCompliantHydroelasticPropertiesForHalfSpace,
+    AddContactMaterial,
+    Box,
+    HalfSpace,
+    ProximityProperties,
+    SceneGraph,
+)
+from pydrake.math import RigidTransform, RollPitchYaw
+from pydrake.multibody.plant import (
+    AddMultibodyPlant,
+    CoulombFriction,
+    MultibodyPlant,
+    MultibodyPlantConfig,
+)
+from pydrake.systems.analysis import Simulator
+from pydrake.systems.framework import Diagram, DiagramBuilder
+from pydrake.systems.primitives import ConstantVectorSource, Multiplexer, TrajectorySource, VectorLogSink
+from pydrake.trajectories import PiecewisePolynomial
+
+from lola_drake.blocks.contact_switches import ContactSwitches
+from lola_drake.blocks.foot_force_sensor import FootForceSensor
+from lola_drake.blocks.imu import Imu
+from lola_drake.blocks.joint_servos import set_servo_gains
+from lola_drake.controller import PERIOD, WalkingController
+from lola_drake.logged import LOGGED
+from lola_drake.results import Result
+from lola_drake.robot import PADS, add_lola
+from lola_drake.scenario import Ground, Scenario, Walk
+from lola_drake.theory.constants import GRAVITY
+
+SLAB = 0.1
+"""Thickness of the compliant floor (m); with the modulus it gives the stiffness per area."""
+
+FALLEN = (0.55, np.deg2rad(45.0))
+"""Height of the torso (m) below which, and inclination (rad) above which, the robot has fallen."""
+
+_PAD_NAMES = ("pad_rear_left", "pad_rear_right", "pad_front_left", "pad_front_right")
+
+
+def add_plant(builder: DiagramBuilder, ground: Ground) -> tuple[MultibodyPlant, SceneGraph]:
+    """Add LOLA on its ground to a diagram; the plant is finalized."""
+    config = MultibodyPlantConfig(
+        time_step=PERIOD,
+        contact_model="hydroelastic",
+        discrete_contact_approximation="lagged",
+        use_sampled_output_ports=False,
+    )
+    plant, scene_graph = AddMultibodyPlant(config, builder)
+    add_lola(plant)
+    add_ground(plant, ground)
+    return plant, scene_graph
+
+
+def add_ground(plant: MultibodyPlant, ground: Ground) -> None:
+    """Add the floor and what lies on it; all have the same stiffness per area, c_A,z = E/d."""
+    area_stiffness = ground.stiffness / sum(pad.area for pad in PADS)
+    floor = _material(ground)
+    AddCompliantHydroelasticPropertiesForHalfSpace(SLAB, area_stiffness * SLAB, floor)
+    world = plant.world_body()
+    plant.RegisterCollisionGeometry(world, RigidTransform(), HalfSpace(), "floor", floor)
+    for obstacle in ground.obstacles:
+        size = np.array([*obstacle.size, obstacle.height])
+        pose = RigidTransform(
+            RollPitchYaw(0.0, 0.0, np.deg2rad(obstacle.heading_deg)),
+            [*obstacle.position, obstacle.height / 2],
+        )
+        # A box is softest in its middle: its pressure rises to the modulus over half its height.
+        board = _material(ground)
+        AddCompliantHydroelasticProperties(size.max(), area_stiffness * size.min() / 2, board)
+        plant.RegisterCollisionGeometry(world, pose, Box(*size), obstacle.name, board)
+        plant.RegisterVisualGeometry(
+            world, pose, Box(*size), obstacle.name, np.array([0.72, 0.53, 0.34, 1.0])
+        )
+
+
+def _material(ground: Ground) -> ProximityProperties:
+    properties = ProximityProperties()
+    AddContactMaterial(
+        dissipation=ground.dissipation,
+        friction=CoulombFriction(ground.friction, ground.friction),
+        properties=properties,
+    )
+    return properties
+
+
+def build_simulation(scenario: Scenario) -> Diagram:
+    """Return the closed loop of a scenario as a Drake Diagram, in its start pose."""
+    builder = DiagramBuilder()
+    plant, scene_graph = add_plant(builder, scenario.ground)
+    plant.Finalize()
+    set_servo_gains(plant, scenario.control.servos)
+    controller = builder.AddNamedSystem(
+        "controller", WalkingController(scenario, planned_steps(scenario.walk))
+    )
+    _set_start(plant, scenario, controller)
+
+    sensors = scenario.sensors
+    imu_params, force_params, contact_params = (
+        params.ideal() if sensors.ideal else params
+        for params in (sensors.imu, sensors.foot_force, sensors.contact)
+    )
+    state = plant.get_state_output_port()
+    imu = builder.AddNamedSystem("imu", Imu(imu_params, state.size(), PERIOD, scenario.seed))
+    half_weight = 0.5 * plant.CalcTotalMass(plant.CreateDefaultContext()) * GRAVITY
+    force_sensor = builder.AddNamedSystem(
+        "foot_force_sensor",
+        FootForceSensor(
+            force_params,
+            tuple(int(plant.GetJointByName(f"fts_{foot}").index()) for foot in "lr"),
+            np.tile([0.0, 0.0, half_weight, 0.0, 0.0, 0.0], 2),
+            PERIOD,
+            scenario.seed,
+        ),
+    )
+    switches = builder.AddNamedSystem(
+        "contact_switches",
+        ContactSwitches(contact_params, pad_geometries(plant, scene_graph), PERIOD),
+    )
+    command = builder.AddNamedSystem("walk_command", _command_source(scenario.walk))
+
+    connect = builder.Connect
+    connect(state, imu.GetInputPort("plant_state"))
+    connect(plant.get_reaction_forces_output_port(), force_sensor.GetInputPort("reaction_forces"))
+    connect(plant.get_contact_results_output_port(), switches.GetInputPort("contact_results"))
+    for system, name in (
+        (imu, "torso_orientation"),
+        (force_sensor, "measured_wrench"),
+        (switches, "contact"),
+    ):
+        connect(system.GetOutputPort(name), controller.GetInputPort(name))
+    connect(command.get_output_port(), controller.GetInputPort("walk_command"))
+    connect(
+        controller.GetOutputPort("joint_desired_state"),
+        plant.get_desired_state_input_port(plant.GetModelInstanceByName("lola")),
+    )
+    connect(controller.GetOutputPort("joint_feedforward"), plant.get_actuation_input_port())
+    _add_log(builder, controller, plant, command, imu, force_sensor, switches)
+    diagram = builder.Build()
+    diagram.set_name("lola")
+    return diagram
+
+
+def planned_steps(walk: Walk) -> np.ndarray | None:
+    """Return (forward, left, turn) of every planned step, shape (n, 3); None without a plan."""
+    if not walk.steps:
+        return None
+    return np.array(
+        [
+            (group.length, group.sideways, np.deg2rad(group.turn_deg))
+            for group in walk.steps
+            for _ in range(group.count)
+        ]
+    )
+
+
+def _command_source(walk: Walk):
+    if not walk.command:
+        return ConstantVectorSource([0.0, 0.0, 0.0])
+    times = [0.0, *(command.time for command in walk.command)]
+    values = [(0.0, 0.0, 0.0), *((c.v_x, c.v_y, c.turn_rate) for c in walk.command)]
+    if times[1] == 0.0:
+        times, values = times[1:], values[1:]
+    # The hold needs a last break, where the last command goes on.
+    times, values = [*times, times[-1] + 1.0], [*values, values[-1]]
+    return TrajectorySource(PiecewisePolynomial.ZeroOrderHold(times, np.transpose(values)))
+
+
+def _set_start(plant: MultibodyPlant, scenario: Scenario, controller: WalkingController) -> None:
+    """Let the plant's default context begin in the stance, with the pads at their static sink."""
+    start, stance = scenario.start, controller.stance
+    half_weight = 0.5 * stance.inertia[2] * GRAVITY
+    sink = half_weight / scenario.ground.stiffness
+    heading = RigidTransform(
+        RollPitchYaw(0.0, 0.0, np.deg2rad(start.heading_deg)), [start.x, start.y, -sink]
+    )
+    torso = plant.GetBodyByName("torso")
+    plant.SetDefaultFloatingBaseBodyPose(torso, heading @ RigidTransform(stance.p_PT))
+    positions = plant.GetDefaultPositions()
+    positions[7:] = stance.q
+    plant.SetDefaultPositions(positions)
+
+
+def pad_geometries(plant: MultibodyPlant, scene_graph: SceneGraph) -> dict:
+    """Return which switch (0 to 7) belongs to which collision geometry."""
+    inspector = scene_graph.model_inspector()
+    pads = {}
+    for body, first in (("foot_l", 0), ("zfl", 0), ("foot_r", 4), ("zfr", 4)):
+        for geometry in plant.GetCollisionGeometriesForBody(plant.GetBodyByName(body)):
+            name = inspector.GetName(geometry).split("::")[-1]
+            pads[geometry] = first + _PAD_NAMES.index(name)
+    return pads
+
+
+def _add_log(builder, controller, plant, command, *sensors) -> None:
+    """Log every signal in one wide sink; its layout is that of `_log_ports`."""
+    ports = _log_ports(controller, plant, command, *sensors)
+    multiplexer = builder.AddNamedSystem(
+        "log_multiplexer", Multiplexer([port.size() for port in ports.values()])
+    )
+    for i, port in enumerate(ports.values()):
+        builder.Connect(port, multiplexer.get_input_port(i))
+    total = multiplexer.get_output_port().size()
+    log = builder.AddNamedSystem("log", VectorLogSink(total, publish_period=PERIOD))
+    builder.Connect(multiplexer.get_output_port(), log.get_input_port())
+
+
+def _log_ports(controller, plant, command, *sensors) -> dict:
+    """Return the logged ports by their names in the record, and the plant's state."""
+    ports = {
+        port.get_name(): port
+        for system in (controller, *sensors)
+        for port in (system.get_output_port(i) for i in range(system.num_output_ports()))
+    }
+    ports["walk_command"] = command.get_output_port()
+    ports["joint_torque"] = plant.get_net_actuation_output_port()
+    ports = {name: port for name, port in ports.items() if name in LOGGED or name=='ground_force'}
+    return ports | {"plant_state": plant.get_state_output_port()}
+
+
+def simulate(
+    scenario: Scenario, progress: Callable[[float], None] | None = None, chunk: float = 0.02
+) -> Result:
+    """Run a scenario to its end, a fall, or Ctrl-C, and return everything that was recorded.
+
+    Args:
+        scenario: what to run.
+        progress: called with the simulated time (s) every `chunk` seconds.
+        chunk: how often a fall, an interruption and the progress are looked at (s).
+    """
+    diagram = build_simulation(scenario)
+    simulator = Simulator(diagram)
+    plant = diagram.GetSubsystemByName("plant")
+    context = simulator.get_context()
+    plant_context = plant.GetMyContextFromRoot(context)
+    fell, started = False, time.perf_counter()
+    with _interruption() as interrupted:
+        simulator.Initialize()
+        while not (fell or interrupted.is_set()):
+            now = context.get_time()
+            if now >= scenario.duration - 0.5 * PERIOD:
+                break
+            simulator.AdvanceTo(min(now + chunk, scenario.duration))
+            fell = has_fallen(plant.GetPositions(plant_context))
+            if progress is not None:
+                progress(context.get_time())
+    return _result(scenario, diagram, context, fell, time.perf_counter() - started)
+
+
+def has_fallen(positions: np.ndarray) -> bool:
+    """Return whether the torso is too low or too inclined to come back."""
+    height, inclination = FALLEN
+    w, x, y, z = positions[:4]
+    upright = 1 - 2 * (x * x + y * y)
+    return bool(positions[6] < height or upright < np.cos(inclination))
+
+
+@contextmanager
+def _interruption():
+    """Turn Ctrl-C into an event for the duration of a run; only the main thread can be asked."""
+    event = threading.Event()
+    if threading.current_thread() is not threading.main_thread():
+        yield event
+        return
+    before = signal.signal(signal.SIGINT, lambda *_: event.set())
+    try:
+        yield event
+    finally:
+        signal.signal(signal.SIGINT, before)
+
+
+def _result(scenario, diagram, context, fell: bool, wall_time: float) -> Result:
+    log = diagram.GetSubsystemByName("log").FindLog(context)
+    times, data = log.sample_times().copy(), log.data().T
+    controller, plant = (diagram.GetSubsystemByName(name) for name in ("controller", "plant"))
+    sensors = [
+        diagram.GetSubsystemByName(name) for name in ("imu", "foot_force_sensor", "contact_switches")
+    ]
+    command = diagram.GetSubsystemByName("walk_command")
+    signals, first = {}, 0
+    for name, port in _log_ports(controller, plant, command, *sensors).items():
+        signals[name] = data[:, first : first + port.size()].copy()
+        first += port.size()
+    signals |= plant_truth(plant, signals.pop("plant_state"))
+    if "ground_force" in signals:
+        g=signals.pop("ground_force"); signals["ground_force_l"]=g[:,:3]; signals["ground_force_r"]=g[:,3:]
+    return Result(
+        scenario=scenario,
+        times=times,
+        signals=signals,
+        completed=not fell and times[-1] >= scenario.duration - 1.5 * PERIOD,
+        fall_time=float(times[-1]) if fell else None,
+        wall_time=wall_time,
+    )
+
+
+def plant_truth(plant: MultibodyPlant, states: np.ndarray) -> dict[str, np.ndarray]:
+    """Return where the robot really was: poses in W, joint angles and rates, from plant states."""
+    context = plant.CreateDefaultContext()
+    frames = {
+        "torso_pose": plant.GetFrameByName("torso"),
+        "foot_pose_l": plant.GetFrameByName("tcp_l"),
+        "foot_pose_r": plant.GetFrameByName("tcp_r"),
+    }
+    robot = [plant.GetModelInstanceByName("lola")]
+    poses = {name: np.empty((len(states), 6)) for name in frames}
+    com = np.empty((len(states), 3))
+    for k, q in enumerate(states[:, : plant.num_positions()]):
+        plant.SetPositions(context, q)
+        com[k] = plant.CalcCenterOfMassPositionInWorld(context, robot)
+        for name, frame in frames.items():
+            pose = frame.CalcPoseInWorld(context)
+            poses[name][k, :3] = pose.translation()
+            poses[name][k, 3:] = RollPitchYaw(pose.rotation()).vector()
+    joints = slice(7, plant.num_positions())
+    rates = slice(plant.num_positions() + 6, plant.num_multibody_states())
+    return poses | {
+        "com_position": com,
+        "joint_position": states[:, joints],
+        "joint_velocity": states[:, rates],
+    }

@@ -1,0 +1,181 @@
+"""The gait's schedule: which foot does what and when, over the next few steps.
+
+A step is a double support, in which the load moves onto the new stance foot, and then the swing of
+the other foot; it ends with the planned touchdown. Everything that moves is a sum of smooth
+transitions, so a schedule is a handful of numbers and can be evaluated at any times at once.
+"""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from lola_drake.theory.smooth import quintic
+
+LEFT, RIGHT = 0, 1
+
+
+@dataclass
+class Profile:
+    """A start value and the smooth changes that follow it.
+
+    Attributes:
+        start: the value before the first change, shape (d,).
+        changes: entries (time from, time to, change of the value with shape (d,)).
+    """
+
+    start: np.ndarray
+    changes: list[tuple[float, float, np.ndarray]] = field(default_factory=list)
+
+    @property
+    def end(self) -> np.ndarray:
+        """Return the value after the last change."""
+        return self.start + sum(change for *_, change in self.changes)
+
+    def add(self, t_from: float, t_to: float, change: np.ndarray) -> None:
+        """Append a change that begins at t_from and is complete at t_to (s)."""
+        self.changes.append((t_from, t_to, np.asarray(change, dtype=float)))
+
+    def __call__(self, time: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return value and rate, each of shape (len(time), d)."""
+        value = np.tile(np.asarray(self.start, dtype=float), (len(time), 1))
+        rate = np.zeros_like(value)
+        for t_from, t_to, change in self.changes:
+            s, ds, _ = quintic((time - t_from) / (t_to - t_from))
+            value += s[:, None] * change
+            rate += (ds / (t_to - t_from))[:, None] * change
+        return value, rate
+
+
+@dataclass(frozen=True)
+class GaitTiming:
+    """Times and shapes of a step; see `WalkingPatternParams` for their meaning."""
+
+    step_time: float
+    double_support: float
+    first_double_support: float
+    last_double_support: float
+    step_height: float
+    step_width: float
+    com_height: float
+    horizontal_lead: float
+    horizontal_lag: float
+    toe_lift: float
+
+
+@dataclass
+class Schedule:
+    """The horizon: what every foot, the load, the heading and the CoM's height do.
+
+    Attributes:
+        foot: per foot the pose x, y, z (m), yaw (rad) of the TCP.
+        toe: per foot the toe's lift (rad).
+        load: the left foot's share of the load.
+        heading: the torso's yaw (rad).
+        height: the CoM's height (m).
+        swings: entries (foot, lift-off time, touchdown time).
+        path: the robot's frame on the ground x, y (m), yaw (rad) after every step.
+        end: time at which the last change is complete (s).
+    """
+
+    foot: tuple[Profile, Profile]
+    toe: tuple[Profile, Profile]
+    load: Profile
+    heading: Profile
+    height: Profile
+    swings: list[tuple[int, float, float]] = field(default_factory=list)
+    path: list[np.ndarray] = field(default_factory=list)
+    end: float = 0.0
+
+
+def advance(path: np.ndarray, displacement: np.ndarray) -> np.ndarray:
+    """Return the frame (x, y, yaw) moved by a displacement (forward, left, turn)."""
+    x, y, yaw = path
+    c, s = np.cos(yaw), np.sin(yaw)
+    forward, left, turn = displacement
+    return np.array([x + c * forward - s * left, y + s * forward + c * left, yaw + turn])
+
+
+def foothold(path: np.ndarray, foot: int, width: float) -> np.ndarray:
+    """Return where a foot stands (x, y, yaw) when the robot's frame is at `path`."""
+    return advance(path, np.array([0.0, width / 2 if foot == LEFT else -width / 2, 0.0]))
+
+
+def make_schedule(
+    timing: GaitTiming,
+    feet: tuple[np.ndarray, np.ndarray],
+    load: float,
+    height: float,
+    path: np.ndarray,
+    swing: int,
+    displacements: np.ndarray,
+) -> Schedule:
+    """Lay out steps from the present state until the robot stands again.
+
+    Args:
+        timing: times and shapes of the steps.
+        feet: poses x, y, z, yaw of the left and right TCP.
+        load: the left foot's present share of the load; 0.5 means standing.
+        height: the CoM's present height (m).
+        path: the robot's present frame (x, y, yaw).
+        swing: which foot swings first.
+        displacements: one row (forward, left, turn) per step, shape (n, 3).
+
+    Returns:
+        The schedule, time 0 being now. The feet are side by side at its end; a closing step is
+        added where that needs one.
+    """
+    plan = Schedule(
+        foot=(Profile(feet[LEFT]), Profile(feet[RIGHT])),
+        toe=(Profile(np.zeros(1)), Profile(np.zeros(1))),
+        load=Profile(np.array([load])),
+        heading=Profile(path[2:]),
+        height=Profile(np.array([height])),
+    )
+    standing = load not in (0.0, 1.0)
+    for displacement in displacements:
+        path = advance(path, displacement)
+        support = timing.first_double_support if standing else timing.double_support
+        _add_step(plan, timing, support, swing, path)
+        standing, swing = False, 1 - swing
+    if not _side_by_side(plan, timing, path, swing):
+        support = timing.first_double_support if standing else timing.double_support
+        _add_step(plan, timing, support, swing, path)
+    support = timing.last_double_support
+    plan.load.add(plan.end, plan.end + support, 0.5 - plan.load.end)
+    plan.end += support
+    return plan
+
+
+def _side_by_side(plan: Schedule, timing: GaitTiming, path: np.ndarray, foot: int) -> bool:
+    target = foothold(path, foot, timing.step_width)
+    return bool(np.abs(plan.foot[foot].end[[0, 1, 3]] - target).max() < 1e-9)
+
+
+def _add_step(
+    plan: Schedule, timing: GaitTiming, support: float, swing: int, path: np.ndarray
+) -> None:
+    lift_off = plan.end + support
+    touchdown = lift_off + timing.step_time - timing.double_support
+    duration, middle = touchdown - lift_off, (lift_off + touchdown) / 2
+    plan.load.add(plan.end, lift_off, float(swing == RIGHT) - plan.load.end)
+    foot = plan.foot[swing]
+    x, y, yaw = foothold(path, swing, timing.step_width)
+    stance_z = plan.foot[1 - swing].end[2]
+    top = max(foot.end[2], stance_z) + timing.step_height
+    rise, fall = top - foot.end[2], stance_z - top
+    horizontal = np.array([x, y, 0, yaw]) - foot.end * [1, 1, 0, 1]
+    foot.add(
+        lift_off + timing.horizontal_lead * duration,
+        touchdown - timing.horizontal_lag * duration,
+        horizontal,
+    )
+    foot.add(lift_off, middle, np.array([0, 0, rise, 0]))
+    foot.add(middle, touchdown, np.array([0, 0, fall, 0]))
+    plan.toe[swing].add(lift_off, middle, [timing.toe_lift])
+    plan.toe[swing].add(middle, touchdown, [-timing.toe_lift])
+    plan.heading.add(lift_off, touchdown, path[2:] - plan.heading.end)
+    ground = (stance_z + foot.end[2]) / 2
+    plan.height.add(lift_off, touchdown, timing.com_height + ground - plan.height.end)
+    plan.swings.append((swing, lift_off, touchdown))
+    plan.path.append(path)
+    plan.end = touchdown

@@ -1,0 +1,276 @@
+"""From a schedule to references: what the pattern generator hands over for one step.
+
+`plan_step` is a pure function of the request: the CoM is solved over the whole horizon in knots of
+10 ms, then everything is sampled at the control rate for the step that comes now. One row of the
+resulting table is everything the controller needs in one tick.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from lola_drake.signals import GAIT_PHASE, IDEAL_WRENCH, PLANNED_MOTION, TASK_REFERENCE
+from lola_drake.theory.constants import GRAVITY
+from lola_drake.theory.com_trajectory import KnotSpline, solve_com
+from lola_drake.theory.gait import LEFT, RIGHT, GaitTiming, Schedule, make_schedule
+from lola_drake.theory.leg_masses import LegModel, angular_momentum
+from lola_drake.theory.smooth import bump, quintic
+
+KNOT_STEP = 0.01
+SETTLING = 1.2
+"""Time after the last step during which the CoM comes to rest (s): about four time constants."""
+
+
+@dataclass(frozen=True)
+class StepRequest:
+    """Everything a step's plan depends on.
+
+    Attributes:
+        start_time: when the step begins (s).
+        step_index: number of steps begun so far.
+        swing: the foot that swings next, 0 left or 1 right.
+        load: the left foot's share of the load at the start; 0.5 when standing.
+        com, com_velocity: the plan's CoM at the start in P (m, m/s), shape (3,).
+        feet: TCP poses x, y, z, yaw in P, left and right, each of shape (4,).
+        path: the robot's frame on the ground x, y (m), yaw (rad).
+        displacements: (forward, left, turn) of the coming steps, shape (n, 3); none to stand.
+    """
+
+    start_time: float
+    step_index: int
+    swing: int
+    load: float
+    com: np.ndarray
+    com_velocity: np.ndarray
+    feet: tuple[np.ndarray, np.ndarray]
+    path: np.ndarray
+    displacements: np.ndarray
+
+
+@dataclass(frozen=True)
+class StepPlan:
+    """The sampled plan of one step.
+
+    Attributes:
+        duration: until the planned touchdown (s).
+        task_reference, gait_phase, ideal_wrench, planned_motion: one row per tick, laid out as
+            the signals of the same names.
+        load: the left foot's share of the load at the end.
+        path: the robot's frame at the end.
+        zmp_shift: amplitude of the ZMP's free parameter (m), shape (2,).
+    """
+
+    duration: float
+    task_reference: np.ndarray
+    gait_phase: np.ndarray
+    ideal_wrench: np.ndarray
+    planned_motion: np.ndarray
+    load: float
+    path: np.ndarray
+    zmp_shift: np.ndarray
+
+
+@dataclass(frozen=True)
+class PatternModel:
+    """What the plan needs to know of the robot and the gait.
+
+    Attributes:
+        timing: times and shapes of the steps.
+        legs: lumped masses of the robot.
+        p_TcpZmp: where the ZMP is planned under a loaded foot: forward of the TCP, and inward
+            (m), shape (2,).
+        blend_time: duration of the blending between force and position control (s).
+        period: the control period (s).
+    """
+
+    timing: GaitTiming
+    legs: LegModel
+    p_TcpZmp: np.ndarray
+    blend_time: float
+    period: float
+
+
+def plan_step(model: PatternModel, request: StepRequest) -> StepPlan:
+    """Return the plan of the step that begins now, looking ahead over all given displacements."""
+    schedule = make_schedule(
+        model.timing,
+        request.feet,
+        request.load,
+        request.com[2],
+        request.path,
+        request.swing,
+        request.displacements,
+    )
+    stepping = len(schedule.swings) > 0
+    duration = schedule.swings[0][2] if stepping else schedule.end
+    # The ZMP is moved while both feet carry: there it has the most room.
+    shifting = schedule.swings[0][1] if stepping else schedule.end
+    com, shift = _solve_horizon(model, request, schedule, shifting)
+    time = model.period * np.arange(round(duration / model.period) + 1)
+    return StepPlan(
+        duration=duration,
+        task_reference=_task_reference(schedule, com, time),
+        gait_phase=_gait_phase(model, request, schedule, time),
+        ideal_wrench=_ideal_wrench(model, schedule, com, shift, shifting, time),
+        planned_motion=_planned_motion(model, schedule, com, shift, shifting, time),
+        load=float(request.swing == RIGHT) if stepping else 0.5,
+        path=schedule.path[0] if stepping else request.path,
+        zmp_shift=shift,
+    )
+
+
+def _solve_horizon(
+    model: PatternModel, request: StepRequest, schedule: Schedule, shifting: float
+) -> tuple[KnotSpline, np.ndarray]:
+    """Return the CoM over the horizon, and the ZMP's shift until the time `shifting`."""
+    time = np.arange(0.0, schedule.end + SETTLING, KNOT_STEP)
+    height = _height(schedule, time)
+    stiffness = (GRAVITY + height.acceleration[:, 0]) / (height.position[:, 0] - _ground(schedule, time))
+    zmp = _zmp(model, schedule, time)
+    feet = [profile(time)[0] for profile in schedule.foot]
+    heading = schedule.heading(time)[0][:, 0]
+    force = model.legs.mass * (GRAVITY + height.acceleration[:, 0])
+    correction = np.zeros_like(zmp)
+    # The legs' angular momentum depends on the CoM and the CoM on it: two passes settle it.
+    for _ in range(2):
+        horizontal, shift = solve_com(
+            KNOT_STEP,
+            stiffness,
+            zmp + correction,
+            bump(time / shifting),
+            request.com[:2],
+            request.com_velocity[:2],
+        )
+        momentum = angular_momentum(
+            model.legs,
+            KNOT_STEP,
+            np.column_stack([horizontal.position, height.position]),
+            heading,
+            (feet[LEFT][:, :3], feet[RIGHT][:, :3]),
+            (feet[LEFT][:, 3], feet[RIGHT][:, 3]),
+        )
+        rate = np.gradient(momentum, KNOT_STEP, axis=0)
+        correction = np.column_stack([rate[:, 1], -rate[:, 0]]) / force[:, None]
+    com = KnotSpline(
+        KNOT_STEP,
+        np.column_stack([horizontal.position, height.position]),
+        np.column_stack([horizontal.velocity, height.velocity]),
+        np.column_stack([horizontal.acceleration, height.acceleration]),
+    )
+    return com, shift
+
+
+def _height(schedule: Schedule, time: np.ndarray) -> KnotSpline:
+    position, velocity = schedule.height(time)
+    acceleration = np.zeros_like(position)
+    for t_from, t_to, change in schedule.height.changes:
+        _, _, dds = quintic((time - t_from) / (t_to - t_from))
+        acceleration += (dds / (t_to - t_from) ** 2)[:, None] * change
+    return KnotSpline(KNOT_STEP, position, velocity, acceleration)
+
+
+def _ground(schedule: Schedule, time: np.ndarray) -> np.ndarray:
+    """Return the height of the ZMP's plane: that of the feet, weighted by their loads."""
+    load = schedule.load(time)[0][:, 0]
+    left, right = (profile(time)[0][:, 2] for profile in schedule.foot)
+    return load * left + (1 - load) * right
+
+
+def _zmp(model: PatternModel, schedule: Schedule, time: np.ndarray) -> np.ndarray:
+    load = schedule.load(time)[0]
+    forward, inward = model.p_TcpZmp
+    points = []
+    for foot, side in ((LEFT, -1.0), (RIGHT, 1.0)):
+        pose = schedule.foot[foot](time)[0]
+        c, s = np.cos(pose[:, 3]), np.sin(pose[:, 3])
+        left = side * inward
+        offset = np.column_stack([c * forward - s * left, s * forward + c * left])
+        points.append(pose[:, :2] + offset)
+    return load * points[LEFT] + (1 - load) * points[RIGHT]
+
+
+def _shifted_zmp(model, schedule, shift, shifting, time):
+    return _zmp(model, schedule, time) + bump(time / shifting)[:, None] * shift
+
+
+def _task_reference(schedule: Schedule, com: KnotSpline, time: np.ndarray) -> np.ndarray:
+    """Return w_id and its rate: the feet relative to the CoM, seen from the torso frame."""
+    table = np.zeros((len(time), TASK_REFERENCE.size))
+    c_position, c_velocity, _ = com(time)
+    heading, turn = (value[:, 0] for value in schedule.heading(time))
+    for foot, name in ((LEFT, "l"), (RIGHT, "r")):
+        pose, rate = schedule.foot[foot](time)
+        p = _unturn(heading, pose[:, :3] - c_position)
+        v = _unturn(heading, rate[:, :3] - c_velocity)
+        v += turn[:, None] * np.column_stack([p[:, 1], -p[:, 0], np.zeros(len(time))])
+        w, w_dot = TASK_REFERENCE.slice(f"w_{name}"), TASK_REFERENCE.slice(f"w_dot_{name}")
+        table[:, w.start : w.start + 3] = p
+        table[:, w.stop - 1] = pose[:, 3] - heading
+        table[:, w_dot.start : w_dot.start + 3] = v
+        table[:, w_dot.stop - 1] = rate[:, 3] - turn
+        lift, lift_rate = schedule.toe[foot](time)
+        table[:, TASK_REFERENCE.slice("toes").start + foot] = lift[:, 0]
+        table[:, TASK_REFERENCE.slice("toe_rates").start + foot] = lift_rate[:, 0]
+    return table
+
+
+def _gait_phase(
+    model: PatternModel, request: StepRequest, schedule: Schedule, time: np.ndarray
+) -> np.ndarray:
+    table = np.zeros((len(time), GAIT_PHASE.size))
+    load = schedule.load(time)[0][:, 0]
+    support, blend = np.ones((len(time), 2)), np.ones((len(time), 2))
+    for foot, start_load in ((LEFT, request.load), (RIGHT, 1 - request.load)):
+        if start_load == 0.0:
+            blend[:, foot] = quintic(time / model.blend_time)[0]
+    for foot, lift_off, touchdown in schedule.swings[:1]:
+        blend[:, foot] -= quintic((time - lift_off) / model.blend_time + 1)[0]
+        support[(time >= lift_off) & (time < touchdown), foot] = 0.0
+    table[:, GAIT_PHASE.slice("support")] = support
+    table[:, GAIT_PHASE.slice("load")] = np.column_stack([load, 1 - load])
+    table[:, GAIT_PHASE.slice("blend")] = np.clip(blend, 0.0, 1.0)
+    table[:, GAIT_PHASE.index("step_index")] = request.step_index
+    table[:, GAIT_PHASE.index("time_in_step")] = time
+    return table
+
+
+def _ideal_wrench(
+    model: PatternModel,
+    schedule: Schedule,
+    com: KnotSpline,
+    shift: np.ndarray,
+    shifting: float,
+    time: np.ndarray,
+) -> np.ndarray:
+    """Return Lambda_id in T: m (c'' + g e_z), and its torque about the CoM when it acts at the ZMP."""
+    position, _, acceleration = com(time)
+    force = model.legs.mass * (acceleration + [0.0, 0.0, GRAVITY])
+    lever = -position
+    lever[:, :2] += _shifted_zmp(model, schedule, shift, shifting, time)
+    lever[:, 2] += _ground(schedule, time)
+    torque = np.cross(lever, force)
+    torque[:, 2] = 0.0
+    heading = schedule.heading(time)[0][:, 0]
+    table = np.zeros((len(time), IDEAL_WRENCH.size))
+    table[:, IDEAL_WRENCH.slice("F")] = _unturn(heading, force)
+    table[:, IDEAL_WRENCH.slice("T")] = _unturn(heading, torque)
+    return table
+
+
+def _planned_motion(model, schedule, com, shift, shifting, time) -> np.ndarray:
+    table = np.zeros((len(time), PLANNED_MOTION.size))
+    position, velocity, _ = com(time)
+    table[:, PLANNED_MOTION.slice("com")] = position
+    table[:, PLANNED_MOTION.slice("com_velocity")] = velocity
+    table[:, PLANNED_MOTION.slice("zmp")] = _shifted_zmp(model, schedule, shift, shifting, time)
+    table[:, PLANNED_MOTION.slice("heading")] = schedule.heading(time)[0]
+    table[:, PLANNED_MOTION.slice("foot_l")] = schedule.foot[LEFT](time)[0]
+    table[:, PLANNED_MOTION.slice("foot_r")] = schedule.foot[RIGHT](time)[0]
+    return table
+
+
+def _unturn(heading: np.ndarray, vectors: np.ndarray) -> np.ndarray:
+    """Return vectors of P expressed in T, which is turned by the heading about z."""
+    c, s = np.cos(heading), np.sin(heading)
+    x, y, z = vectors.T
+    return np.column_stack([c * x + s * y, c * y - s * x, z])

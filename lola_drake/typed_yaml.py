@@ -1,0 +1,147 @@
+"""YAML text to frozen dataclasses and back, with errors that say where and what.
+
+A dataclass is its own schema: its fields are the keys that may appear, a field that is a
+dataclass is a mapping, a `tuple[SomeDataclass, ...]` is a list of mappings. Ranges are checked by
+the dataclasses themselves (see `parameters`); this module adds the way to the key.
+"""
+
+import dataclasses
+import difflib
+import re
+import typing
+from collections.abc import Iterable
+
+import yaml
+
+from lola_drake.parameters import ParameterError
+
+
+class KeyPathError(ValueError):
+    """A key that does not exist."""
+
+    def __init__(self, key: str, name: object, known: Iterable[str]):
+        super().__init__(f"{_join(key, name)}: no such key{suggestion(name, known)}")
+
+
+def suggestion(name: object, known: Iterable[str]) -> str:
+    """Return the end of an error about an unknown name: what may have been meant."""
+    known = list(known)
+    near = difflib.get_close_matches(str(name), known)
+    if near:
+        return f", did you mean {' or '.join(near)}?"
+    return f", there are {', '.join(known)}" if known else ", there is nothing below it"
+
+
+class _Loader(yaml.SafeLoader):
+    """SafeLoader that rejects repeated keys and reads 1e5 as a number, as YAML 1.2 does."""
+
+    def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict:
+        """Build a dict, but not from a mapping in which one key hides another."""
+        keys = [key for key, _ in node.value if isinstance(key, yaml.ScalarNode)]
+        for i, key in enumerate(keys):
+            if key.value in (earlier.value for earlier in keys[:i]):
+                problem = f"the key {key.value!r} appears twice"
+                raise yaml.constructor.ConstructorError(None, None, problem, key.start_mark)
+        return super().construct_mapping(node, deep)
+
+
+_Loader.add_implicit_resolver(
+    "tag:yaml.org,2002:float",
+    re.compile(r"[-+]?(\d+\.?\d*|\.\d+)[eE][-+]?\d+$"),
+    list("-+.0123456789"),
+)
+
+
+def parse(text: str) -> object:
+    """Return the plain data of a YAML text; ValueError with the line if it is malformed."""
+    try:
+        return yaml.load(text, Loader=_Loader)  # a SafeLoader
+    except yaml.MarkedYAMLError as error:
+        problem = " ".join(str(error.problem or error.context).split())
+        mark = error.problem_mark or error.context_mark
+        raise ValueError(f"line {mark.line + 1}: {problem}") from None
+    except yaml.YAMLError as error:
+        raise ValueError(str(error).splitlines()[0]) from None
+    except RecursionError:
+        raise ValueError("nested too deeply") from None
+
+
+def build(schema: type, data: object, key: str = "") -> typing.Any:
+    """Return the dataclass `schema` made from plain data; absent keys keep their defaults.
+
+    Args:
+        schema: A dataclass whose fields all have defaults.
+        data: A mapping, as `parse` returns it.
+        key: Where `data` lies in the whole, for errors.
+    """
+    if not isinstance(data, dict):
+        raise ParameterError(key or "content", data, "a mapping of keys to values")
+    kinds = typing.get_type_hints(schema)
+    for name in data:
+        if name not in kinds:
+            raise KeyPathError(key, name, kinds)
+    values = {name: _value(kinds[name], entry, _join(key, name)) for name, entry in data.items()}
+    try:
+        return schema(**values)
+    except ParameterError as error:
+        raise (error.under(key) if key else error) from None
+
+
+def _value(kind: type, entry: object, key: str) -> object:
+    if dataclasses.is_dataclass(kind):
+        return build(kind, entry, key)
+    element = next(iter(typing.get_args(kind)), None)
+    if not dataclasses.is_dataclass(element):
+        return entry
+    if not isinstance(entry, list):
+        raise ParameterError(key, entry, "a list")
+    return tuple(build(element, item, f"{key}[{i}]") for i, item in enumerate(entry))
+
+
+def plain(value: object) -> object:
+    """Return dataclasses, tuples and NumPy numbers as the dicts, lists and numbers of YAML."""
+    if dataclasses.is_dataclass(value):
+        return {f.name: plain(getattr(value, f.name)) for f in dataclasses.fields(value)}
+    if isinstance(value, (list, tuple)):
+        return [plain(entry) for entry in value]
+    return value.tolist() if hasattr(value, "tolist") else value
+
+
+def dump(value: object) -> str:
+    """Return a dataclass as YAML text from which `parse` and `build` make an equal one."""
+    return yaml.safe_dump(
+        plain(value), sort_keys=False, allow_unicode=True, default_flow_style=None, width=100
+    )
+
+
+def set_at(data: object, path: str, value: object) -> None:
+    """Set one value of nested plain data in place.
+
+    Args:
+        data: Dicts and lists, complete: only what is there can be set.
+        path: Dotted keys and list positions, such as `ground.obstacles.0.height`, or
+            `ground.obstacles[0].height` as errors write it.
+        value: The new value.
+    """
+    way, walked = path.replace("[", ".").replace("]", "").split("."), ""
+    for depth, name in enumerate(way):
+        if isinstance(data, list):
+            known = {str(i): i for i in range(len(data))}
+        else:
+            known = {key: key for key in data} if isinstance(data, dict) else {}
+        if name not in known:
+            raise KeyPathError(walked, name, known)
+        if depth == len(way) - 1:
+            data[known[name]] = value
+        data, walked = data[known[name]], _join(walked, name)
+
+
+def leaves(data: object, key: str = "") -> dict[str, object]:
+    """Return nested dicts as one flat dict with dotted keys; lists count as values."""
+    if not isinstance(data, dict):
+        return {key: data}
+    return {k: v for name in data for k, v in leaves(data[name], _join(key, name)).items()}
+
+
+def _join(key: str, name: object) -> str:
+    return f"{key}.{name}" if key else str(name)

@@ -1,0 +1,37 @@
+"""Fixtures that several test modules share."""
+
+import numpy as np
+import pytest
+
+from lola_drake.logged import GROUND_FORCE, LOGGED
+from lola_drake.scenario import Scenario
+from lola_drake.signals import FEET, GAIT_PHASE
+
+
+@pytest.fixture
+def make_result():
+    """Return a function that makes the record of a made-up walk, without any simulation.
+
+    The torso advances by 0.4 m in each of its steps of 0.8 s and sways by 3 cm.
+    """
+    from lola_drake.results import Result
+
+    def make(scenario: Scenario | None = None, *, steps: int = 6, **changes) -> Result:
+        times = np.arange(1000 + 800 * steps + 1000) / 1000
+        signals = {name: np.zeros((len(times), signal.size)) for name, signal in LOGGED.items()}
+        phase = np.clip((times - 1.0) / 0.8, 0.0, steps)
+        swing = (phase % 1 > 0.25) & (phase < steps)
+        signals["torso_pose"][:, 0] = 0.4 * phase
+        signals["torso_pose"][:, 1] = 0.03 * np.sin(np.pi * (phase + 0.5)) - 0.03
+        signals["gait_phase"][:, GAIT_PHASE.index("step_index")] = np.floor(phase)
+        support = signals["gait_phase"][:, GAIT_PHASE.slice("support")]
+        support[:] = 1.0
+        for k, foot in enumerate(FEET):
+            support[:, k] -= swing & (np.floor(phase) % 2 == k)
+            signals[f"ground_force_{foot}"][:, GROUND_FORCE.slice("F").stop - 1] = (
+                600 * support[:, k]
+            )
+        outcome = {"completed": True, "fall_time": None, "wall_time": 4.0} | changes
+        return Result(scenario=scenario or Scenario(), times=times, signals=signals, **outcome)
+
+    return make

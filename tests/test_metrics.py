@@ -1,0 +1,99 @@
+"""Metrics of made-up signals whose numbers are known."""
+
+import numpy as np
+import pytest
+
+from lola_drake import metrics
+from lola_drake.logged import TORSO_POSE
+from lola_drake.signals import CONTACT_WRENCH, DESIRED_WRENCH, TASK_COMMAND
+
+
+def test_straight_walk(make_result):
+    result = make_result(steps=6)
+    assert result.metrics["distance_m"] == pytest.approx(2.4, abs=0.01)
+    assert result.metrics["mean_speed_m_per_s"] == pytest.approx(0.5, abs=1e-9)
+    assert result.metrics["max_foot_force_N"] == 600.0
+
+
+def test_standing_goes_nowhere(make_result):
+    result = make_result(steps=0)
+    assert result.metrics["distance_m"] == 0.0
+    assert result.metrics["mean_speed_m_per_s"] == 0.0
+
+
+def test_a_curve_has_the_length_of_the_curve(make_result):
+    result = make_result(steps=12)
+    torso = result.signals["torso_pose"].copy()
+    angle = torso[:, 0] / 2.0
+    torso[:, 0], torso[:, 1] = 2.0 * np.sin(angle), 2.0 * (1.0 - np.cos(angle))
+    along = metrics.distance(torso, result.signals["gait_phase"])
+    assert along == pytest.approx(4.8, rel=0.01)
+
+
+def test_walking_part_is_from_first_lift_off_to_last_touchdown(make_result):
+    result = make_result(steps=3)
+    walking = result.times[metrics.walking_part(result.signals["gait_phase"])]
+    assert walking[[0, -1]] == pytest.approx([1.2, 3.4], abs=2e-3)
+    assert len(walking) == pytest.approx(2200, abs=2)
+
+
+def test_touchdowns_count_the_steps(make_result):
+    result = make_result(steps=3)
+    at = result.times[metrics.touchdowns(result.signals["gait_phase"])]
+    assert at == pytest.approx([1.8, 2.6, 3.4], abs=2e-3)
+
+
+def test_inclination_is_roll_and_pitch_without_sign():
+    torso = np.zeros((3, TORSO_POSE.size))
+    torso[1, 3:] = np.radians([1.0, -2.0, 30.0])
+    assert metrics.max_inclination(torso) == pytest.approx({"x": 1.0, "y": 2.0})
+
+
+def test_start_does_not_count(make_result):
+    result = make_result()
+    result.signals["torso_pose"][:400, 3] = 1.0
+    result.signals["ground_force_l"][:400, 2] = 1e4
+    assert result.metrics["max_inclination_deg"]["x"] == 0.0
+    assert result.metrics["max_foot_force_N"] == 600.0
+
+
+def test_torque_error_is_about_the_com():
+    n = 2
+    signals = {"desired_wrench": np.zeros((n, DESIRED_WRENCH.size))}
+    for foot, r in (("l", [0.1, 0.2, -0.9]), ("r", [-0.3, -0.2, -0.9])):
+        signals[f"contact_wrench_{foot}"] = np.zeros((n, CONTACT_WRENCH.size))
+        signals[f"task_command_{foot}"] = np.zeros((n, TASK_COMMAND.size))
+        signals[f"task_command_{foot}"][:, :3] = r
+    # Desired: T_x, T_y, F_z; the force's torque about the CoM is that of r x F.
+    signals["desired_wrench"][:, DESIRED_WRENCH.slice("wrench_l")] = [1.0, 2.0, 100.0]
+    signals["contact_wrench_r"][:] = [3.0, 4.0, 10.0]
+    lever_l = np.cross([0.1, 0.2, -0.9], [0.0, 0.0, 100.0])
+    lever_r = np.cross([-0.3, -0.2, -0.9], [0.0, 0.0, 10.0])
+    expected = [1.0 + lever_l[0] - 3.0 - lever_r[0], 2.0 + lever_l[1] - 4.0 - lever_r[1]]
+    np.testing.assert_allclose(metrics.torque_error(signals), [expected] * n)
+
+
+def test_rms():
+    assert metrics.rms(np.array([[3.0, 1.0], [4.0, -1.0]])) == pytest.approx(
+        {"x": np.sqrt(12.5), "y": 1.0}
+    )
+    assert metrics.rms(np.zeros((0, 2))) == {"x": 0.0, "y": 0.0}
+
+
+def test_slip_is_the_worst_step_of_a_loaded_foot():
+    force, foot = np.zeros((9, 3)), np.zeros((9, 6))
+    force[1:4, 2] = force[6:9, 2] = 300.0
+    foot[1:4, 0] = [0.0, 0.01, 0.02]
+    foot[4:6, 0] = 0.5
+    foot[6:9, 1] = [1.0, 1.05, 1.01]
+    assert metrics.max_slip(foot, force) == pytest.approx(0.02)
+    assert metrics.max_slip(foot, np.zeros((9, 3))) == 0.0
+
+
+def test_settling_counts_from_the_largest_inclination():
+    times, torso = np.arange(6.0), np.zeros((6, TORSO_POSE.size))
+    assert metrics.settling_time(times, torso) == 0.0
+    torso[:, 4] = np.radians([0.1, 3.0, 1.0, -0.6, 0.4, 0.1])
+    assert metrics.settling_time(times, torso) == 3.0
+    torso[-1, 3] = np.radians(2.0)
+    assert metrics.settling_time(times, torso) is None
