@@ -9,7 +9,6 @@ _POSE = (Field("p", _XYZ, "m", "W"), Field("rpy", ("roll", "pitch", "yaw"), "rad
 TORSO_POSE = Signal("torso_pose", "The torso in the plant.", _POSE)
 COM_POSITION = Signal("com_position", "The CoM of the plant.", (Field("p", _XYZ, "m", "W"),))
 FOOT_POSE = Signal("foot_pose", "One foot's TCP in the plant.", _POSE)
-GROUND_FORCE = Signal("ground_force", "Ground on one foot.", (Field("F", _XYZ, "N", "W"),))
 JOINT_POSITION = Signal("joint_position", "In the plant.", (Field("q", JOINTS, "rad"),))
 JOINT_VELOCITY = Signal("joint_velocity", "In the plant.", (Field("q_dot", JOINTS, "rad/s"),))
 JOINT_TORQUE = Signal("joint_torque", "At the joints.", (Field("torque", JOINTS, "Nm"),))
@@ -25,6 +24,7 @@ _ONCE = (
     signals.DESIRED_WRENCH,
     signals.MEASURED_WRENCH,
     signals.CONTACT,
+    signals.GROUND_FORCE,
     signals.JOINT_COMMAND,
     TORSO_POSE,
     COM_POSITION,
@@ -38,7 +38,6 @@ _PER_FOOT = (
     signals.TASK_MODIFICATION,
     signals.TASK_COMMAND,
     FOOT_POSE,
-    GROUND_FORCE,
 )
 
 LOGGED: dict[str, Signal] = {signal.name: signal for signal in _ONCE} | {

@@ -7,8 +7,15 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from lola_drake.logged import GROUND_FORCE, TORSO_POSE
-from lola_drake.signals import CONTACT_WRENCH, DESIRED_WRENCH, FEET, GAIT_PHASE, TASK_COMMAND
+from lola_drake.logged import TORSO_POSE
+from lola_drake.signals import (
+    CONTACT_WRENCH,
+    DESIRED_WRENCH,
+    FEET,
+    GAIT_PHASE,
+    GROUND_FORCE,
+    TASK_COMMAND,
+)
 
 SETTLED = 0.5
 """The first half second does not count: the robot is set down on its feet."""
@@ -25,7 +32,7 @@ Signals = Mapping[str, np.ndarray]
 def metrics(times: np.ndarray, signals: Signals) -> dict[str, object]:
     """Return all metrics of a run (until its fall, if it falls), by the names of summary.json."""
     torso, gait = signals["torso_pose"], signals["gait_phase"]
-    forces = [signals[f"ground_force_{foot}"] for foot in FEET]
+    forces = [signals["ground_force"][:, GROUND_FORCE.slice(f"F_{foot}")] for foot in FEET]
     feet = [signals[f"foot_pose_{foot}"] for foot in FEET]
     settled, walking = times >= SETTLED, walking_part(gait)
     counted = walking if walking.any() else settled
@@ -118,8 +125,7 @@ def mean_speed(times: np.ndarray, torso_pose: np.ndarray, gait_phase: np.ndarray
 
 def max_foot_force(ground_forces: list[np.ndarray]) -> float:
     """Return the largest vertical force of the ground on one foot (N)."""
-    vertical = GROUND_FORCE.slice("F").start + 2
-    return float(max(force[:, vertical].max(initial=0.0) for force in ground_forces))
+    return float(max(force[:, 2].max(initial=0.0) for force in ground_forces))
 
 
 def max_slip(foot_pose: np.ndarray, ground_force: np.ndarray) -> float:

@@ -25,7 +25,12 @@ from pydrake.multibody.plant import (
 )
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import Diagram, DiagramBuilder
-from pydrake.systems.primitives import ConstantVectorSource, Multiplexer, TrajectorySource, VectorLogSink
+from pydrake.systems.primitives import (
+    ConstantVectorSource,
+    Multiplexer,
+    TrajectorySource,
+    VectorLogSink,
+)
 from pydrake.trajectories import PiecewisePolynomial
 
 from lola_drake.blocks.contact_switches import ContactSwitches
@@ -224,7 +229,7 @@ def _log_ports(controller, plant, command, *sensors) -> dict:
     }
     ports["walk_command"] = command.get_output_port()
     ports["joint_torque"] = plant.get_net_actuation_output_port()
-    ports = {name: port for name, port in ports.items() if name in LOGGED or name=='ground_force'}
+    ports = {name: port for name, port in ports.items() if name in LOGGED}
     return ports | {"plant_state": plant.get_state_output_port()}
 
 
@@ -284,7 +289,8 @@ def _result(scenario, diagram, context, fell: bool, wall_time: float) -> Result:
     times, data = log.sample_times().copy(), log.data().T
     controller, plant = (diagram.GetSubsystemByName(name) for name in ("controller", "plant"))
     sensors = [
-        diagram.GetSubsystemByName(name) for name in ("imu", "foot_force_sensor", "contact_switches")
+        diagram.GetSubsystemByName(name)
+        for name in ("imu", "foot_force_sensor", "contact_switches")
     ]
     command = diagram.GetSubsystemByName("walk_command")
     signals, first = {}, 0
@@ -292,8 +298,6 @@ def _result(scenario, diagram, context, fell: bool, wall_time: float) -> Result:
         signals[name] = data[:, first : first + port.size()].copy()
         first += port.size()
     signals |= plant_truth(plant, signals.pop("plant_state"))
-    if "ground_force" in signals:
-        g=signals.pop("ground_force"); signals["ground_force_l"]=g[:,:3]; signals["ground_force_r"]=g[:,3:]
     return Result(
         scenario=scenario,
         times=times,

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from lola_drake.logged import GROUND_FORCE, LOGGED
+from lola_drake.logged import LOGGED
 from lola_drake.scenario import Scenario
-from lola_drake.signals import FEET, GAIT_PHASE
+from lola_drake.signals import FEET, GAIT_PHASE, GROUND_FORCE
 
 
 @pytest.fixture
@@ -28,9 +28,8 @@ def make_result():
         support[:] = 1.0
         for k, foot in enumerate(FEET):
             support[:, k] -= swing & (np.floor(phase) % 2 == k)
-            signals[f"ground_force_{foot}"][:, GROUND_FORCE.slice("F").stop - 1] = (
-                600 * support[:, k]
-            )
+            vertical = GROUND_FORCE.slice(f"F_{foot}").stop - 1
+            signals["ground_force"][:, vertical] = 600 * support[:, k]
         outcome = {"completed": True, "fall_time": None, "wall_time": 4.0} | changes
         return Result(scenario=scenario or Scenario(), times=times, signals=signals, **outcome)
 

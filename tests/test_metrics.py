@@ -52,7 +52,7 @@ def test_inclination_is_roll_and_pitch_without_sign():
 def test_start_does_not_count(make_result):
     result = make_result()
     result.signals["torso_pose"][:400, 3] = 1.0
-    result.signals["ground_force_l"][:400, 2] = 1e4
+    result.signals["ground_force"][:400, 2] = 1e4
     assert result.metrics["max_inclination_deg"]["x"] == 0.0
     assert result.metrics["max_foot_force_N"] == 600.0
 

@@ -46,7 +46,7 @@ def test_summary_has_the_names_that_stay(make_result):
 def test_after_a_fall_nothing_counts(make_result):
     result = make_result(completed=False, fall_time=3.0)
     result.signals["torso_pose"][result.times > 3.0, 3:] = 1.5
-    result.signals["ground_force_l"][result.times > 3.0, 2] = 1e5
+    result.signals["ground_force"][result.times > 3.0, 2] = 1e5
     assert result.summary["fell"] and result.summary["fall_time_s"] == 3.0
     assert result.metrics["max_inclination_deg"] == {"x": 0.0, "y": 0.0}
     assert result.metrics["max_foot_force_N"] == 600.0

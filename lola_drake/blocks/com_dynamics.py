@@ -49,9 +49,7 @@ def lever_matrix(r_x: float, r_y: float) -> np.ndarray:
     return np.array([[1.0, 0.0, r_y], [0.0, 1.0, -r_x], [0.0, 0.0, 1.0]])
 
 
-def com_acceleration(
-    inertia: np.ndarray, r_x: float, r_y: float, error: np.ndarray
-) -> np.ndarray:
+def com_acceleration(inertia: np.ndarray, r_x: float, r_y: float, error: np.ndarray) -> np.ndarray:
     """Return Delta a = M^-1 R_f e (eq. 18): phi_x'', phi_y'' (rad/s^2), z_c'' (m/s^2)."""
     return lever_matrix(r_x, r_y).dot(error) / inertia
 
@@ -117,9 +115,7 @@ class ComDynamics(LeafSystem):
         )
         self._w = TASK_REFERENCE.slice(f"w_{foot}")
         self._desired_wrench = DESIRED_WRENCH.slice(f"wrench_{foot}")
-        self._gains = self.DeclareNumericParameter(
-            BasicVector([params.gain, params.decay_gain])
-        )
+        self._gains = self.DeclareNumericParameter(BasicVector([params.gain, params.decay_gain]))
         self._state = self.DeclareDiscreteState(3)
         self._desired = self.DeclareVectorInputPort("desired_wrench", DESIRED_WRENCH.size)
         self._actual = self.DeclareVectorInputPort("contact_wrench", CONTACT_WRENCH.size)

@@ -25,7 +25,9 @@ class ContactSwitchesParams:
     def __post_init__(self):
         validate(self)
         if self.open_force > self.close_force:
-            raise ParameterError("open_force", self.open_force, f"<= close_force {self.close_force}")
+            raise ParameterError(
+                "open_force", self.open_force, f"<= close_force {self.close_force}"
+            )
 
     def ideal(self) -> "ContactSwitchesParams":
         """Return switches that close at the lightest touch and have no hysteresis."""
@@ -48,9 +50,7 @@ class ContactSwitches(LeafSystem):
         - ground_force
     """
 
-    def __init__(
-        self, params: ContactSwitchesParams, pads: dict[GeometryId, int], period: float
-    ):
+    def __init__(self, params: ContactSwitchesParams, pads: dict[GeometryId, int], period: float):
         """Create the switches of the given pads, all closed.
 
         Args:

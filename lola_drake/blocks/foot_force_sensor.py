@@ -69,9 +69,7 @@ class FootForceSensor(LeafSystem):
         self._noise = Noise(MEASURED_WRENCH.size, seed, stream=2)
         self._scale = np.tile(np.repeat([params.force_noise, params.torque_noise], 3), 2)
         self._gain = 1 - np.exp(-2 * np.pi * params.cutoff * period) if params.cutoff else 1.0
-        self._forces = self.DeclareAbstractInputPort(
-            "reaction_forces", Value[list[SpatialForce]]()
-        )
+        self._forces = self.DeclareAbstractInputPort("reaction_forces", Value[list[SpatialForce]]())
         self._state = self.DeclareDiscreteState(initial)
         self.DeclareStateOutputPort(MEASURED_WRENCH.name, self._state)
         self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._update)

@@ -111,7 +111,8 @@ class ImuStabilizer(LeafSystem):
             "modified_wrench",
             MODIFIED_WRENCH.size,
             self._calc,
-            prerequisites_of_calc={port.ticket() for port in inputs} | {self.all_parameters_ticket()},
+            prerequisites_of_calc={port.ticket() for port in inputs}
+            | {self.all_parameters_ticket()},
         )
 
     def _calc(self, context, output):

@@ -37,11 +37,16 @@ def set_servo_gains(plant: MultibodyPlant, params: JointServosParams) -> None:
     for index in plant.GetJointActuatorIndices():
         actuator = plant.get_joint_actuator(index)
         damping = params.velocity_bandwidth * actuator.default_reflected_inertia()
-        actuator.set_controller_gains(PdControllerGains(p=params.position_gain * damping, d=damping))
+        actuator.set_controller_gains(
+            PdControllerGains(p=params.position_gain * damping, d=damping)
+        )
 
 
 def limit_command(
-    command: np.ndarray, sent: np.ndarray, speed_limit: np.ndarray, torque_limit: np.ndarray,
+    command: np.ndarray,
+    sent: np.ndarray,
+    speed_limit: np.ndarray,
+    torque_limit: np.ndarray,
     period: float,
 ) -> np.ndarray:
     """Return the joint command within the joints' speeds and torques.

@@ -1,0 +1,1 @@
+"""Plain NumPy: contact model, gait, CoM trajectory, leg masses. Nothing here knows Drake."""

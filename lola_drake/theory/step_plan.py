@@ -10,8 +10,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from lola_drake.signals import GAIT_PHASE, IDEAL_WRENCH, PLANNED_MOTION, TASK_REFERENCE
-from lola_drake.theory.constants import GRAVITY
 from lola_drake.theory.com_trajectory import KnotSpline, solve_com
+from lola_drake.theory.constants import GRAVITY
 from lola_drake.theory.gait import LEFT, RIGHT, GaitTiming, Schedule, make_schedule
 from lola_drake.theory.leg_masses import LegModel, angular_momentum
 from lola_drake.theory.smooth import bump, quintic
@@ -125,7 +125,9 @@ def _solve_horizon(
     """Return the CoM over the horizon, and the ZMP's shift until the time `shifting`."""
     time = np.arange(0.0, schedule.end + SETTLING, KNOT_STEP)
     height = _height(schedule, time)
-    stiffness = (GRAVITY + height.acceleration[:, 0]) / (height.position[:, 0] - _ground(schedule, time))
+    stiffness = (GRAVITY + height.acceleration[:, 0]) / (
+        height.position[:, 0] - _ground(schedule, time)
+    )
     zmp = _zmp(model, schedule, time)
     feet = [profile(time)[0] for profile in schedule.foot]
     heading = schedule.heading(time)[0][:, 0]
