@@ -1,15 +1,22 @@
 """The walking controller of the humanoid LOLA as a Drake block diagram."""
 
-from lola_drake.results import Result, load_result
-from lola_drake.scenario import Scenario, ScenarioError, load_scenario
-from lola_drake.simulation import build_simulation, simulate
+import importlib
 
-__all__ = [
-    "Result",
-    "Scenario",
-    "ScenarioError",
-    "build_simulation",
-    "load_result",
-    "load_scenario",
-    "simulate",
-]
+_HOME = {
+    "Result": "results",
+    "load_result": "results",
+    "Scenario": "scenario",
+    "ScenarioError": "scenario",
+    "load_scenario": "scenario",
+    "build_simulation": "simulation",
+    "simulate": "simulation",
+}
+
+__all__ = list(_HOME)
+
+
+def __getattr__(name: str):
+    """Import a public name when it is first used: `lola list` need not wait for Drake."""
+    if name not in _HOME:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    return getattr(importlib.import_module(f"{__name__}.{_HOME[name]}"), name)
