@@ -17,6 +17,8 @@ from rich.progress import BarColumn, Progress, ProgressColumn, Task, TextColumn,
 from rich.table import Table
 from rich.text import Text
 
+from lola_drake import cli_pictures
+from lola_drake.cli_common import Json, errors_in_one_line
 from lola_drake.paths import list_scenarios
 
 if TYPE_CHECKING:
@@ -31,8 +33,7 @@ app = typer.Typer(
     add_completion=False,
     pretty_exceptions_enable=False,
 )
-
-Json = Annotated[bool, typer.Option("--json", help="Print the result as JSON, and nothing else.")]
+app.add_typer(cli_pictures.app)
 
 
 @app.command()
@@ -58,7 +59,7 @@ def simulate(
 
     options = {"seed": seed, "variant": variant}
     given = [f"{name}={value}" for name, value in options.items() if value is not None]
-    with _errors_in_one_line():
+    with errors_in_one_line():
         chosen = load_scenario(scenario, [*(changes or []), *given])
         folder = output or Path("runs") / chosen.name
         check_folder(folder, force=force)
@@ -84,19 +85,6 @@ def list_(as_json: Json = False) -> None:
     width = max(map(len, scenarios))
     for name, description in scenarios.items():
         print(f"{name:{width}}  {description}")
-
-
-@contextmanager
-def _errors_in_one_line() -> Iterator[None]:
-    """Exit with code 2 and one line on stderr where a user's input cannot be used."""
-    from lola_drake.results import ResultError
-    from lola_drake.scenario import ScenarioError
-
-    try:
-        yield
-    except (ScenarioError, ResultError) as error:
-        typer.echo(f"lola: {error}", err=True)
-        raise typer.Exit(2) from None
 
 
 class _RealTimeRate(ProgressColumn):

@@ -1,0 +1,47 @@
+"""The commands of `lola` that show something: block diagrams."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from lola_drake.cli_common import errors_in_one_line
+
+app = typer.Typer()
+
+
+@app.command()
+def diagram(
+    scenario: Annotated[
+        str, typer.Argument(help="A name from `lola list`, or a YAML file.")
+    ] = "walk_flat",
+    depth: Annotated[
+        int, typer.Option(min=0, help="Levels to open; 0 shows one block with all its signals.")
+    ] = 1,
+    system: Annotated[
+        str | None, typer.Option(help="Only this system, by its name in the diagram.")
+    ] = None,
+    logging: Annotated[bool, typer.Option("--logging", help="Show the logs, too.")] = False,
+    output: Annotated[
+        Path | None,
+        typer.Option("--output", "-o", help="File ending in .svg, .png, .pdf or .dot."),
+    ] = None,
+    all_: Annotated[
+        bool, typer.Option("--all", help="Write every picture, with an index, into a folder.")
+    ] = False,
+) -> None:
+    """Draw the block diagram of a simulation, or of one system in it."""
+    from lola_drake.analysis.block_diagram import save_diagram, write_all
+    from lola_drake.scenario import load_scenario
+    from lola_drake.simulation import build_simulation
+
+    with errors_in_one_line():
+        if all_:
+            written = write_all(output or Path("diagrams"))
+        else:
+            simulation = build_simulation(load_scenario(scenario))
+            options = {"system": system, "depth": depth, "logging": logging}
+            path = output or Path(f"{system or 'simulation'}.svg")
+            written = [save_diagram(simulation, path, **options)]
+    for path in written:
+        print(path)
