@@ -18,7 +18,6 @@ from pydrake.systems.framework import LeafSystem
 
 from lola_drake.parameters import parameter, validate
 from lola_drake.signals import DESIRED_WRENCH, FEET, GAIT_PHASE, MODIFIED_WRENCH, TASK_REFERENCE
-from lola_drake.theory.constants import GRAVITY
 
 _LOAD = GAIT_PHASE.slice("load")
 _FEET = [TASK_REFERENCE.slice(f"w_{foot}") for foot in FEET]
@@ -38,7 +37,7 @@ class ForceDistributionParams:
         20.0, "vertical force that a shift of the load leaves on a foot", "N", minimum=0
     )
     rate_filter: float = parameter(
-        0.004, "time constant of the filter of the desired wrenches' rates", "s", above=0
+        0.02, "time constant of the filter of the desired wrenches' rates", "s", above=0
     )
 
     def __post_init__(self):
@@ -94,7 +93,8 @@ def distribute(
 class ForceDistribution(LeafSystem):
     """Gives each foot its desired wrench and that wrench's rate.
 
-    The state is the filtered wrench from which the rate is taken.
+    The rates are those of what the stabiliser adds to the plan, and of the feet's torques. The
+    state is the filtered wrench from which they are taken.
 
     .. pydrake_system::
 
@@ -107,15 +107,14 @@ class ForceDistribution(LeafSystem):
         - desired_wrench
     """
 
-    def __init__(self, params: ForceDistributionParams, period: float, mass: float):
-        """Create the block for a robot of the given mass (kg) that stands on both feet."""
+    def __init__(self, params: ForceDistributionParams, period: float):
+        """Create the block for the given control period (s)."""
         super().__init__()
         self._params, self._period = params, period
         self._modified = self.DeclareVectorInputPort("modified_wrench", MODIFIED_WRENCH.size)
         self._phase = self.DeclareVectorInputPort("gait_phase", GAIT_PHASE.size)
         self._reference = self.DeclareVectorInputPort("task_reference", TASK_REFERENCE.size)
-        half = 0.5 * mass * GRAVITY
-        self._state = self.DeclareDiscreteState([0.0, 0.0, half, 0.0, 0.0, half])
+        self._state = self.DeclareDiscreteState(6)
         inputs = {p.ticket() for p in (self._modified, self._phase, self._reference)}
         self._output = self.DeclareVectorOutputPort(
             "desired_wrench",
@@ -127,17 +126,23 @@ class ForceDistribution(LeafSystem):
 
     def _calc(self, context, output):
         reference = self._reference.Eval(context)
+        modified, load = self._modified.Eval(context), self._phase.Eval(context)[_LOAD]
         wrench = distribute(
-            self._modified.Eval(context),
-            self._phase.Eval(context)[_LOAD],
+            modified,
+            load,
             reference[_FEET[0]],
             reference[_FEET[1]],
             self._params.cop_margin_x,
             self._params.cop_margin_y,
             self._params.least_force,
         )
+        # The pattern itself makes the planned load by letting the feet sink in.
+        unplanned = wrench.copy()
+        unplanned[2] -= load[0] * modified[2]
+        unplanned[5] -= load[1] * modified[2]
         filtered = context.get_discrete_state(self._state).value()
-        output.set_value(np.concatenate([wrench, (wrench - filtered) / self._params.rate_filter]))
+        rate = (unplanned - filtered) / self._params.rate_filter
+        output.set_value(np.concatenate([wrench, rate]))
 
     def _update(self, context, state):
         rate = self._output.Eval(context)[6:]

@@ -33,6 +33,7 @@ from lola_drake.signals import (
     TASK_COMMAND,
     TASK_MODIFICATION,
     TASK_REFERENCE,
+    TORSO_ORIENTATION,
 )
 
 FORCE_CONTROLLED = np.array([3, 4, 2])
@@ -49,6 +50,13 @@ class HybridForceControlParams:
     )
     model_stiffness: float = parameter(
         4e5, "vertical stiffness of a whole foot in U (estimate)", "N/m", above=0
+    )
+    grip_force: float = parameter(
+        50.0, "vertical force from which on a foot's torques are controlled", "N", above=0
+    )
+    leveling: float = parameter(
+        1.0, "part of the inclination by which an unloaded foot is turned back", "-",
+        minimum=0, maximum=1,
     )
     max_height: float = parameter(0.08, "limit of the foot's height modification", "m", above=0)
     max_height_rate: float = parameter(0.5, "limit of its rate", "m/s", above=0)
@@ -122,7 +130,7 @@ def modification_rate(
     force_rate: np.ndarray,
     com_dynamics_rate: np.ndarray,
     deviation: np.ndarray,
-    blend: float,
+    blend: np.ndarray,
     position_gain: float,
 ) -> np.ndarray:
     """Return one foot's part of Delta w' (eq. 16 and 21), shape (3,).
@@ -131,7 +139,7 @@ def modification_rate(
         force_rate: w_f' of eq. 15.
         com_dynamics_rate: Delta w_a,f' of eq. 20.
         deviation: w - w_id in the force-controlled directions.
-        blend: b_f, 1 for force control and 0 for position control.
+        blend: b_f, 1 for force control and 0 for position control, per direction.
         position_gain: K_x (1/s).
     """
     return blend * (force_rate + com_dynamics_rate) - (1 - blend) * position_gain * deviation
@@ -152,6 +160,7 @@ class HybridForceControl(LeafSystem):
         - desired_wrench
         - measured_wrench
         - com_dynamics_rate
+        - torso_orientation
         output_ports:
         - task_command
         - contact_wrench
@@ -178,6 +187,7 @@ class HybridForceControl(LeafSystem):
         super().__init__()
         self._inverse = np.linalg.inv(contact_matrix)
         self._sensor, self._period = sensor, period
+        self._grip_force, self._leveling = params.grip_force, params.leveling
         self._limit = np.array([params.max_angle, params.max_angle, params.max_height])
         self._rate_limit = np.array(
             [params.max_angle_rate, params.max_angle_rate, params.max_height_rate]
@@ -201,10 +211,11 @@ class HybridForceControl(LeafSystem):
         self._com_dynamics = self.DeclareVectorInputPort(
             "com_dynamics_rate", COM_DYNAMICS_RATE.size
         )
+        self._orientation = self.DeclareVectorInputPort("torso_orientation", TORSO_ORIENTATION.size)
         own = {self.discrete_state_ticket(self._state), self.all_parameters_ticket()}
         contact_inputs = {self._reference.ticket(), self._measured.ticket()} | own
         all_inputs = contact_inputs | {
-            port.ticket() for port in (self._phase, self._desired, self._com_dynamics)
+            port.ticket() for port in (self._phase, self._desired, self._com_dynamics, self._orientation)
         }
         self._command = self.DeclareVectorOutputPort(
             "task_command", TASK_COMMAND.size, self._calc_command, prerequisites_of_calc=all_inputs
@@ -240,11 +251,15 @@ class HybridForceControl(LeafSystem):
             desired[self._desired_rate],
             time_constant,
         )
+        phi = self._orientation.Eval(context)
+        level = np.array([-self._leveling * phi[0], -self._leveling * phi[1], 0.0])
+        blend = self._phase.Eval(context)[self._blend]
+        grip = min(max(self._contact.Eval(context)[2] / self._grip_force, 0.0), 1.0)
         rate = modification_rate(
             force_rate,
             self._com_dynamics.Eval(context),
-            deviation,
-            self._phase.Eval(context)[self._blend],
+            deviation - level,
+            np.array([blend * grip, blend * grip, blend]),
             position_gain,
         )
         rate = np.minimum(np.maximum(rate, -self._rate_limit), self._rate_limit)

@@ -5,11 +5,12 @@ the other foot; it ends with the planned touchdown. Everything that moves is a s
 transitions, so a schedule is a handful of numbers and can be evaluated at any times at once.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
 
-from lola_drake.theory.smooth import quintic
+from lola_drake.theory.smooth import linear, quintic
 
 LEFT, RIGHT = 0, 1
 
@@ -21,10 +22,12 @@ class Profile:
     Attributes:
         start: the value before the first change, shape (d,).
         changes: entries (time from, time to, change of the value with shape (d,)).
+        transition: how a change goes from 0 to 1, see `smooth`.
     """
 
     start: np.ndarray
     changes: list[tuple[float, float, np.ndarray]] = field(default_factory=list)
+    transition: Callable = quintic
 
     @property
     def end(self) -> np.ndarray:
@@ -40,7 +43,7 @@ class Profile:
         value = np.tile(np.asarray(self.start, dtype=float), (len(time), 1))
         rate = np.zeros_like(value)
         for t_from, t_to, change in self.changes:
-            s, ds, _ = quintic((time - t_from) / (t_to - t_from))
+            s, ds, _ = self.transition((time - t_from) / (t_to - t_from))
             value += s[:, None] * change
             rate += (ds / (t_to - t_from))[:, None] * change
         return value, rate
@@ -127,7 +130,7 @@ def make_schedule(
     plan = Schedule(
         foot=(Profile(feet[LEFT]), Profile(feet[RIGHT])),
         toe=(Profile(np.zeros(1)), Profile(np.zeros(1))),
-        load=Profile(np.array([load])),
+        load=Profile(np.array([load]), transition=linear),
         heading=Profile(path[2:]),
         height=Profile(np.array([height])),
     )

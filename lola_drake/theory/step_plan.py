@@ -237,11 +237,9 @@ def _gait_phase(
     table = np.zeros((len(time), GAIT_PHASE.size))
     load = schedule.load(time)[0][:, 0]
     support, blend = np.ones((len(time), 2)), np.ones((len(time), 2))
-    for foot, start_load in ((LEFT, request.load), (RIGHT, 1 - request.load)):
-        if start_load == 0.0:
-            blend[:, foot] = quintic(time / model.blend_time)[0]
     for foot, lift_off, touchdown in schedule.swings[:1]:
         blend[:, foot] -= quintic((time - lift_off) / model.blend_time + 1)[0]
+        blend[:, foot] += quintic((time - touchdown) / model.blend_time + 1)[0]
         support[(time >= lift_off) & (time < touchdown), foot] = 0.0
     table[:, GAIT_PHASE.slice("support")] = support
     table[:, GAIT_PHASE.slice("load")] = np.column_stack([load, 1 - load])
