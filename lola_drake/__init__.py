@@ -1,15 +1,30 @@
-"""The walking controller of the humanoid LOLA as a Drake block diagram."""
+"""The walking controller of the humanoid LOLA as a Drake block diagram.
 
-from lola_drake.results import Result, load_result
-from lola_drake.scenario import Scenario, ScenarioError, load_scenario
-from lola_drake.simulation import build_simulation, simulate
+Names are imported when they are first used (PEP 562), so that `import lola_drake` is instant and
+what does not need Drake does not wait for it.
+"""
 
-__all__ = [
-    "Result",
-    "Scenario",
-    "ScenarioError",
-    "build_simulation",
-    "load_result",
-    "load_scenario",
-    "simulate",
-]
+import importlib
+from typing import Any
+
+_HOME = {
+    "Result": "results",
+    "Scenario": "scenario",
+    "ScenarioError": "scenario",
+    "build_simulation": "simulation",
+    "load_result": "results",
+    "load_scenario": "scenario",
+    "simulate": "simulation",
+}
+
+__all__ = list(_HOME)
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _HOME:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    return getattr(importlib.import_module(f"{__name__}.{_HOME[name]}"), name)
+
+
+def __dir__() -> list[str]:
+    return [*globals(), *__all__]
