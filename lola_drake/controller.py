@@ -22,6 +22,7 @@ from lola_drake.robot import (
 )
 from lola_drake.scenario import Scenario
 from lola_drake.signals import FEET
+from lola_drake.theory.constants import GRAVITY
 from lola_drake.theory.contact_model import contact_matrix
 
 PERIOD = 0.001
@@ -46,9 +47,10 @@ class Stance:
 def initial_stance(scenario: Scenario, kinematics: Kinematics) -> Stance:
     """Return the posture in which the plan begins, with level feet and an upright torso."""
     request = standing_request(scenario.pattern)
+    sink = 0.5 * kinematics.mass * GRAVITY / scenario.pattern.ground_stiffness
     w = np.zeros(12)
     for i, foot in zip((0, 6), request.feet, strict=True):
-        w[i : i + 3] = foot[:3] - request.com
+        w[i : i + 3] = foot[:3] - request.com - [0.0, 0.0, sink]
     q = solve_posture(kinematics, w, posture(hip=0.4, knee=0.8))
     p_TCom, theta = kinematics.centroidal_inertia(q)
     inertia = np.array([theta[0, 0], theta[1, 1], kinematics.mass])

@@ -5,6 +5,7 @@ only what it changes. Every number carries its unit and range (`lola_drake.param
 """
 
 import dataclasses
+import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -127,6 +128,14 @@ class Obstacle:
     def __post_init__(self):
         validate(self)
 
+    def covers(self, x: float, y: float) -> bool:
+        """Return whether a point of W lies over it."""
+        heading = math.radians(self.heading_deg)
+        c, s = math.cos(heading), math.sin(heading)
+        d_x, d_y = x - self.position[0], y - self.position[1]
+        along, across = c * d_x + s * d_y, c * d_y - s * d_x
+        return abs(along) <= self.size[0] / 2 and abs(across) <= self.size[1] / 2
+
 
 @dataclass(frozen=True)
 class Ground:
@@ -142,6 +151,10 @@ class Ground:
         names = [obstacle.name for obstacle in self.obstacles]
         if len(set(names)) < len(names):
             raise ParameterError("obstacles", names, "a list in which every name differs")
+
+    def height_at(self, x: float, y: float) -> float:
+        """Return the height of the ground at a point of W (m)."""
+        return max((o.height for o in self.obstacles if o.covers(x, y)), default=0.0)
 
 
 @dataclass(frozen=True)

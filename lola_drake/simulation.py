@@ -182,12 +182,11 @@ def _command_source(walk: Walk):
 
 
 def _set_start(plant: MultibodyPlant, scenario: Scenario, controller: WalkingController) -> None:
-    """Let the plant's default context begin in the stance, with the pads at their static sink."""
+    """Let the plant's default context begin in the stance, at its place in the scenario."""
     start, stance = scenario.start, controller.stance
-    half_weight = 0.5 * stance.inertia[2] * GRAVITY
-    sink = half_weight / scenario.ground.stiffness
     heading = RigidTransform(
-        RollPitchYaw(0.0, 0.0, np.deg2rad(start.heading_deg)), [start.x, start.y, -sink]
+        RollPitchYaw(0.0, 0.0, np.deg2rad(start.heading_deg)),
+        [start.x, start.y, scenario.ground.height_at(start.x, start.y)],
     )
     torso = plant.GetBodyByName("torso")
     plant.SetDefaultFloatingBaseBodyPose(torso, heading @ RigidTransform(stance.p_PT))

@@ -63,6 +63,9 @@ class WalkingPatternParams:
     blend_time: float = parameter(
         0.1, "duration of the blending between force and position control", "s", above=0
     )
+    ground_stiffness: float = parameter(
+        4e5, "vertical stiffness of a foot, by which a loaded foot sinks in", "N/m", above=0
+    )
     horizontal_lead: float = parameter(
         0.05, "part of the swing before the foot moves forward", "-", minimum=0, maximum=0.4
     )
@@ -127,6 +130,7 @@ class WalkingPattern(LeafSystem):
             legs=legs,
             p_TcpZmp=np.array([params.zmp_forward, params.zmp_inward]),
             blend_time=params.blend_time,
+            ground_stiffness=params.ground_stiffness,
             period=period,
         )
         self._plans: OrderedDict[bytes, tuple[StepRequest, StepPlan]] = OrderedDict()

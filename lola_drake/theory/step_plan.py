@@ -80,6 +80,7 @@ class PatternModel:
         p_TcpZmp: where the ZMP is planned under a loaded foot: forward of the TCP, and inward
             (m), shape (2,).
         blend_time: duration of the blending between force and position control (s).
+        ground_stiffness: vertical stiffness of a foot on the ground (N/m).
         period: the control period (s).
     """
 
@@ -87,6 +88,7 @@ class PatternModel:
     legs: LegModel
     p_TcpZmp: np.ndarray
     blend_time: float
+    ground_stiffness: float
     period: float
 
 
@@ -109,7 +111,7 @@ def plan_step(model: PatternModel, request: StepRequest) -> StepPlan:
     time = model.period * np.arange(round(duration / model.period) + 1)
     return StepPlan(
         duration=duration,
-        task_reference=_task_reference(schedule, com, time),
+        task_reference=_task_reference(model, schedule, com, time),
         gait_phase=_gait_phase(model, request, schedule, time),
         ideal_wrench=_ideal_wrench(model, schedule, com, shift, shifting, time),
         planned_motion=_planned_motion(model, schedule, com, shift, shifting, time),
@@ -195,13 +197,26 @@ def _shifted_zmp(model, schedule, shift, shifting, time):
     return _zmp(model, schedule, time) + bump(time / shifting)[:, None] * shift
 
 
-def _task_reference(schedule: Schedule, com: KnotSpline, time: np.ndarray) -> np.ndarray:
-    """Return w_id and its rate: the feet relative to the CoM, seen from the torso frame."""
+def _task_reference(
+    model: PatternModel, schedule: Schedule, com: KnotSpline, time: np.ndarray
+) -> np.ndarray:
+    """Return w_id and its rate: the feet relative to the CoM, seen from the torso frame.
+
+    A loaded foot sinks in; the reference is lowered by as much, so that the CoM keeps its height
+    and the swing foot meets the ground when it should.
+    """
     table = np.zeros((len(time), TASK_REFERENCE.size))
     c_position, c_velocity, _ = com(time)
     heading, turn = (value[:, 0] for value in schedule.heading(time))
-    for foot, name in ((LEFT, "l"), (RIGHT, "r")):
+    load, loading = (value[:, 0] for value in schedule.load(time))
+    sink = model.legs.mass * GRAVITY / model.ground_stiffness
+    for foot, name, share, share_rate in (
+        (LEFT, "l", load, loading),
+        (RIGHT, "r", 1 - load, -loading),
+    ):
         pose, rate = schedule.foot[foot](time)
+        pose[:, 2] -= sink * share
+        rate[:, 2] -= sink * share_rate
         p = _unturn(heading, pose[:, :3] - c_position)
         v = _unturn(heading, rate[:, :3] - c_velocity)
         v += turn[:, None] * np.column_stack([p[:, 1], -p[:, 0], np.zeros(len(time))])
