@@ -96,7 +96,8 @@ def _posture(
         legs: the lumped robot.
         com: CoM (m), shape (n, 3).
         heading: the torso's yaw (rad), shape (n,).
-        ankles, feet: of the left and right leg (m), shape (2, n, 3).
+        ankles: of the left and right leg (m), shape (2, n, 3).
+        feet: CoM of the left and right foot (m), shape (2, n, 3).
 
     Returns:
         Where the masses are (m), in the order of `_masses`, shape (7, n, 3), and the directions of
