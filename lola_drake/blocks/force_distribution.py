@@ -58,8 +58,10 @@ def distribute(
     Args:
         modified: Lambda_mod = [F, T] in T (N, Nm), shape (6,).
         load: shares of the left and right foot, shape (2,), of sum 1.
-        r_left, r_right: TCPs relative to the CoM in T (m), at least x, y, z.
-        margin_x, margin_y: greatest distance of a foot's desired CoP from its TCP (m).
+        r_left: left TCP relative to the CoM in T (m), at least x, y, z.
+        r_right: the same of the right TCP.
+        margin_x: greatest distance of a foot's desired CoP from its TCP along x (m).
+        margin_y: the same along y.
         least_force: vertical force that a shift of the load leaves on a foot (N).
 
     Returns:

@@ -60,7 +60,10 @@ def stabilize(
         ideal: Lambda_id = [F, T] in T (N, Nm), shape (6,).
         orientation: phi_x, phi_y (rad) and their rates (rad/s), shape (4,).
         sinking: by how much the force control has lowered the CoM over the feet (m).
-        stiffness, damping, torque_limit, height_stiffness: see `ImuStabilizerParams`.
+        stiffness: torque per inclination (Nm/rad).
+        damping: torque per rate of inclination (Nms/rad).
+        torque_limit: greatest torque that is added (Nm).
+        height_stiffness: vertical force per sinking (N/m).
 
     Returns:
         [F, T] in T, shape (6,).

@@ -40,13 +40,12 @@ class Profile:
 
     def __call__(self, time: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return value and rate, each of shape (len(time), d)."""
-        value = np.tile(np.asarray(self.start, dtype=float), (len(time), 1))
-        rate = np.zeros_like(value)
-        for t_from, t_to, change in self.changes:
-            s, ds, _ = self.transition((time - t_from) / (t_to - t_from))
-            value += s[:, None] * change
-            rate += (ds / (t_to - t_from))[:, None] * change
-        return value, rate
+        begun = [change for change in self.changes if change[0] < time[-1]]
+        t_from, t_to = np.array([change[:2] for change in begun]).reshape(-1, 2).T
+        change = np.array([change[2] for change in begun]).reshape(-1, len(self.start))
+        duration = t_to - t_from
+        s, ds, _ = self.transition((time[:, None] - t_from) / duration)
+        return self.start + s @ change, (ds / duration) @ change
 
 
 @dataclass(frozen=True)

@@ -12,10 +12,11 @@ def quintic(tau: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     Returns:
         s, ds/dtau and d2s/dtau2, each of the shape of tau; the derivatives vanish at both ends.
     """
-    t = np.clip(tau, 0.0, 1.0)
-    s = t**3 * (10 - 15 * t + 6 * t**2)
-    ds = 30 * t**2 * (1 - t) ** 2
-    dds = 60 * t * (1 - t) * (1 - 2 * t)
+    t = np.minimum(np.maximum(tau, 0.0), 1.0)
+    square, product = t * t, t * (1 - t)
+    s = t * square * (10 - 15 * t + 6 * square)
+    ds = 30 * product * product
+    dds = 60 * product * (1 - 2 * t)
     return s, ds, dds
 
 
