@@ -113,7 +113,9 @@ class WalkingController(Diagram):
             )
             com_dynamics[foot] = add(
                 f"com_dynamics_{foot}",
-                ComDynamics(control.com_dynamics, foot, stance.inertia, PERIOD),
+                ComDynamics(
+                    control.com_dynamics, foot, stance.inertia, control.force.limits(), PERIOD
+                ),
             )
         inverse_kinematics = add(
             "inverse_kinematics",
