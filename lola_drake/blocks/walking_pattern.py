@@ -39,7 +39,7 @@ class WalkingPatternParams:
 
     step_time: float = parameter(0.8, "from touchdown to touchdown (paper)", "s", minimum=0.4)
     double_support: float = parameter(
-        0.2, "part of the step in which both feet carry (estimate)", "s", minimum=0.05
+        0.3, "part of the step in which both feet carry", "s", minimum=0.05
     )
     first_double_support: float = parameter(
         0.8, "shift of the load before the first step", "s", minimum=0.2
@@ -55,16 +55,16 @@ class WalkingPatternParams:
         0.87, "height of the CoM above the ground", "m", minimum=0.6, maximum=0.95
     )
     zmp_forward: float = parameter(
-        0.0, "ZMP under a loaded foot, forward of the TCP", "m", minimum=-0.1, maximum=0.1
+        -0.02, "ZMP under a loaded foot, forward of the TCP", "m", minimum=-0.1, maximum=0.1
     )
     zmp_inward: float = parameter(
-        0.03, "ZMP under a loaded foot, inward of the TCP", "m", minimum=-0.05, maximum=0.09
+        0.05, "ZMP under a loaded foot, inward of the TCP", "m", minimum=-0.05, maximum=0.09
     )
     blend_time: float = parameter(
         0.1, "duration of the blending between force and position control", "s", above=0
     )
     ground_stiffness: float = parameter(
-        4e5, "vertical stiffness of a foot, by which a loaded foot sinks in", "N/m", above=0
+        3e5, "vertical stiffness of a foot, by which a loaded foot sinks in", "N/m", above=0
     )
     horizontal_lead: float = parameter(
         0.05, "part of the swing before the foot moves forward", "-", minimum=0, maximum=0.4

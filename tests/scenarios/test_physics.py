@@ -103,7 +103,9 @@ def test_forces_and_moments_are_newtons_while_walking():
         simulator.AdvanceTo(1.8 + 1e-3 * k)
         momentum, gravity = _upper_momentum(plant, plant_context)
         if before is not None:
-            reading = sensor.GetOutputPort("measured_wrench").Eval(sensor.GetMyContextFromRoot(context))
+            reading = sensor.GetOutputPort("measured_wrench").Eval(
+                sensor.GetMyContextFromRoot(context)
+            )
             load = sum(_load(frames_before[f], reading, f) for f in "lr")
             residual = (momentum - before) / 1e-3 - gravity_before - load
             worst = np.maximum(worst, np.abs(residual))
@@ -117,7 +119,7 @@ def test_forces_and_moments_are_newtons_while_walking():
 
 
 def _upper_momentum(plant, context) -> tuple[np.ndarray, np.ndarray]:
-    """Return spatial momentum [L, p] about the world origin above the sensors, and gravity's rate."""
+    """Return spatial momentum [L, p] about the origin above the sensors, and gravity's rate."""
     feet = {"foot_l", "zfl", "foot_r", "zfr"}
     momentum, gravity = np.zeros(6), np.zeros(6)
     for index in plant.GetBodyIndices(plant.GetModelInstanceByName("lola")):
@@ -159,7 +161,9 @@ def test_same_seed_gives_the_same_bits_in_one_and_in_two_processes():
         signals = simulate(scenario).signals
         data = b"".join(signals[name].tobytes() for name in sorted(signals))
         digests.add(hashlib.sha256(data).hexdigest())
-    other = subprocess.run([sys.executable, "-c", _DIGEST], capture_output=True, text=True, check=True)
+    other = subprocess.run(
+        [sys.executable, "-c", _DIGEST], capture_output=True, text=True, check=True
+    )
     digests.add(other.stdout.split()[-1])
     assert len(digests) == 1
 
