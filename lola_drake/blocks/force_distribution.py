@@ -19,7 +19,6 @@ from pydrake.systems.framework import LeafSystem
 
 from lola_drake.parameters import parameter, validate
 from lola_drake.signals import DESIRED_WRENCH, FEET, GAIT_PHASE, MODIFIED_WRENCH, TASK_REFERENCE
-from lola_drake.theory.constants import GRAVITY
 
 _LOAD = GAIT_PHASE.slice("load")
 _LEFT, _RIGHT = (TASK_REFERENCE.slice(f"w_{foot}", 3) for foot in FEET)
@@ -30,7 +29,7 @@ class ForceDistributionParams:
     """Limits of the feet's torques, and the filter of the wrenches' rates."""
 
     cop_margin_x: float = parameter(
-        0.085, "greatest distance of the desired CoP from the TCP, along x", "m", above=0
+        0.09, "greatest distance of the desired CoP from the TCP, along x", "m", above=0
     )
     cop_margin_y: float = parameter(
         0.08, "greatest distance of the desired CoP from the TCP, along y", "m", above=0
@@ -39,7 +38,7 @@ class ForceDistributionParams:
         20.0, "vertical force that a shift of the load leaves on a foot", "N", minimum=0
     )
     rate_filter: float = parameter(
-        0.004, "time constant of the filter of the desired wrenches' rates", "s", above=0
+        0.02, "time constant of the filter of the desired wrenches' rates", "s", above=0
     )
 
     def __post_init__(self):
@@ -99,7 +98,8 @@ def distribute(
 class ForceDistribution(LeafSystem):
     """Gives each foot its desired wrench and that wrench's rate.
 
-    The state is the filtered wrench from which the rate is taken.
+    The rates are those of what the stabiliser adds to the plan, and of the feet's torques. The
+    state is the filtered wrench from which they are taken.
 
     .. pydrake_system::
 
@@ -112,8 +112,8 @@ class ForceDistribution(LeafSystem):
         - desired_wrench
     """
 
-    def __init__(self, params: ForceDistributionParams, period: float, mass: float):
-        """Create the block for a robot of the given mass (kg) that stands on both feet."""
+    def __init__(self, params: ForceDistributionParams, period: float):
+        """Create the block for the given control period (s)."""
         super().__init__()
         self._params = params
         # Exact for a wrench that is held over the period.
@@ -121,8 +121,7 @@ class ForceDistribution(LeafSystem):
         self._modified = self.DeclareVectorInputPort("modified_wrench", MODIFIED_WRENCH.size)
         self._phase = self.DeclareVectorInputPort("gait_phase", GAIT_PHASE.size)
         self._reference = self.DeclareVectorInputPort("task_reference", TASK_REFERENCE.size)
-        half = 0.5 * mass * GRAVITY
-        state = self.DeclareDiscreteState([0.0, 0.0, half, 0.0, 0.0, half])
+        state = self.DeclareDiscreteState(6)
         inputs = {p.ticket() for p in (self._modified, self._phase, self._reference)}
         self._output = self.DeclareVectorOutputPort(
             "desired_wrench",
@@ -134,17 +133,24 @@ class ForceDistribution(LeafSystem):
 
     def _calc(self, context, output):
         reference = self._reference.Eval(context)
+        modified = self._modified.Eval(context).tolist()
+        load = self._phase.Eval(context)[_LOAD].tolist()
         wrench = distribute(
-            self._modified.Eval(context).tolist(),
-            self._phase.Eval(context)[_LOAD].tolist(),
+            modified,
+            load,
             reference[_LEFT].tolist(),
             reference[_RIGHT].tolist(),
             self._params.cop_margin_x,
             self._params.cop_margin_y,
             self._params.least_force,
         )
+        # The pattern itself makes the planned load by letting the feet sink in.
+        unplanned = wrench.copy()
+        unplanned[2] -= load[0] * modified[2]
+        unplanned[5] -= load[1] * modified[2]
         filtered = context.get_discrete_state_vector().value()
-        output.set_value(np.concatenate([wrench, (wrench - filtered) / self._params.rate_filter]))
+        rate = (unplanned - filtered) / self._params.rate_filter
+        output.set_value(np.concatenate([wrench, rate]))
 
     def _update(self, context, state):
         rate = self._output.Eval(context)[6:]

@@ -35,6 +35,7 @@ from lola_drake.signals import (
     TASK_COMMAND,
     TASK_MODIFICATION,
     TASK_REFERENCE,
+    TORSO_ORIENTATION,
 )
 
 FORCE_CONTROLLED = np.array([3, 4, 2])
@@ -47,10 +48,23 @@ class HybridForceControlParams:
 
     time_constant: float = parameter(0.02, "delta, of the force error (paper)", "s", above=0)
     position_gain: float = parameter(
-        10.0, "K_x, return of the swing foot to the plan", "1/s", minimum=0
+        6.0, "K_x, return of the swing foot to the plan", "1/s", minimum=0
     )
     model_stiffness: float = parameter(
-        4e5, "vertical stiffness of a whole foot in U (estimate)", "N/m", above=0
+        1.2e5,
+        "vertical stiffness of a whole foot in U; softer than the pads, see the README",
+        "N/m",
+        above=0,
+    )
+    grip_force: float = parameter(
+        50.0, "vertical force from which on a foot's torques are controlled", "N", above=0
+    )
+    leveling: float = parameter(
+        1.0,
+        "part of the inclination by which an unloaded foot is turned back",
+        "-",
+        minimum=0,
+        maximum=1,
     )
     max_height: float = parameter(0.08, "limit of the foot's height modification", "m", above=0)
     max_height_rate: float = parameter(0.5, "limit of its rate", "m/s", above=0)
@@ -130,7 +144,7 @@ def modification_rate(
     force_rate: np.ndarray,
     com_dynamics_rate: np.ndarray,
     deviation: np.ndarray,
-    blend: float,
+    blend: np.ndarray,
     position_gain: float,
 ) -> np.ndarray:
     """Return one foot's part of Delta w' (eq. 16 and 21), shape (3,).
@@ -139,7 +153,7 @@ def modification_rate(
         force_rate: w_f' of eq. 15.
         com_dynamics_rate: Delta w_a,f' of eq. 20.
         deviation: w - w_id in the force-controlled directions.
-        blend: b_f, 1 for force control and 0 for position control.
+        blend: b_f, 1 for force control and 0 for position control, per direction.
         position_gain: K_x (1/s).
     """
     return blend * (force_rate + com_dynamics_rate) - (1 - blend) * position_gain * deviation
@@ -168,6 +182,7 @@ class HybridForceControl(LeafSystem):
         - desired_wrench
         - measured_wrench
         - com_dynamics_rate
+        - torso_orientation
         output_ports:
         - task_command
         - contact_wrench
@@ -194,6 +209,7 @@ class HybridForceControl(LeafSystem):
         super().__init__()
         self._inverse = np.linalg.inv(contact_matrix)
         self._sensor, self._period = sensor, period
+        self._grip_force, self._leveling = params.grip_force, params.leveling
         self._limits = params.limits().tolist()
         self._rate_limits = params.rate_limits().tolist()
         self._w = TASK_REFERENCE.slice(f"w_{foot}")
@@ -215,10 +231,12 @@ class HybridForceControl(LeafSystem):
         self._com_dynamics = self.DeclareVectorInputPort(
             "com_dynamics_rate", COM_DYNAMICS_RATE.size
         )
+        self._orientation = self.DeclareVectorInputPort("torso_orientation", TORSO_ORIENTATION.size)
         own = {self.discrete_state_ticket(state), self.all_parameters_ticket()}
         contact_inputs = {self._reference.ticket(), self._measured.ticket()} | own
         all_inputs = contact_inputs | {
-            port.ticket() for port in (self._phase, self._desired, self._com_dynamics)
+            port.ticket()
+            for port in (self._phase, self._desired, self._com_dynamics, self._orientation)
         }
         self._command = self.DeclareVectorOutputPort(
             "task_command", TASK_COMMAND.size, self._calc_command, prerequisites_of_calc=all_inputs
@@ -250,11 +268,15 @@ class HybridForceControl(LeafSystem):
             desired[self._desired_rate],
             time_constant,
         )
+        phi_x, phi_y = self._orientation.Eval(context)[:2].tolist()
+        level = np.array([-self._leveling * phi_x, -self._leveling * phi_y, 0.0])
+        blend = self._phase.Eval(context).item(self._blend)
+        grip = min(max(self._contact.Eval(context).item(2) / self._grip_force, 0.0), 1.0)
         rate = modification_rate(
             force_rate,
             self._com_dynamics.Eval(context),
-            deviation,
-            self._phase.Eval(context).item(self._blend),
+            deviation - level,
+            np.array([blend * grip, blend * grip, blend]),
             position_gain,
         )
         w, w_dot = reference[self._w].tolist(), reference[self._w_dot].tolist()

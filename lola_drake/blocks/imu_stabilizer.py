@@ -39,7 +39,7 @@ class ImuStabilizerParams:
     damping: float = parameter(300.0, "torque per rate of inclination", "Nms/rad", minimum=0)
     torque_limit: float = parameter(120.0, "greatest torque that is added", "Nm", above=0)
     height_stiffness: float = parameter(
-        3000.0, "vertical force per missing CoM height", "N/m", minimum=0
+        1500.0, "vertical force per missing CoM height", "N/m", minimum=0
     )
 
     def __post_init__(self):

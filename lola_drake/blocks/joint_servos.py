@@ -24,7 +24,7 @@ class JointServosParams:
 
     position_gain: float = parameter(70.0, "of the position loop (estimate)", "1/s", above=0)
     velocity_bandwidth: float = parameter(
-        400.0, "of the velocity loop with the bare rotor (estimate)", "rad/s", above=0
+        800.0, "of the velocity loop with the bare rotor (estimate)", "rad/s", above=0
     )
     delay_ticks: int = parameter(1, "bus delay in control periods", "", minimum=1, maximum=20)
 

@@ -20,10 +20,10 @@ def quintic(tau: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     return s, ds, dds
 
 
-def cubic(tau: np.ndarray) -> np.ndarray:
-    """Return the transition 3 tau^2 - 2 tau^3, held at the ends outside [0, 1]."""
-    t = np.clip(tau, 0.0, 1.0)
-    return t * t * (3 - 2 * t)
+def linear(tau: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return the straight transition and its first two derivatives, as `quintic` does."""
+    ds = ((tau >= 0.0) & (tau < 1.0)).astype(float)
+    return np.clip(tau, 0.0, 1.0), ds, np.zeros_like(ds)
 
 
 def bump(tau: np.ndarray) -> np.ndarray:
