@@ -26,9 +26,8 @@ from lola_drake.robot import FOOT_TASK, JOINT_INDEX, Kinematics
 from lola_drake.signals import DESIRED_WRENCH, JOINT_COMMAND, JOINTS, TASK_COMMAND, TASK_REFERENCE
 
 _N = len(JOINTS)
-_TOES = np.array([JOINT_INDEX["tzfl"], JOINT_INDEX["tzfr"]])
-_TOE_LIFT = np.array([1.0, -1.0])
-_PRESCRIBED = [JOINT_INDEX[name] for name in ("tzfr", "tzfl", "tvp", "tvt")]
+_PRESCRIBED = [JOINT_INDEX[name] for name in ("tzfl", "tzfr", "tvp", "tvt")]
+_TOES, _TOE_RATES = TASK_REFERENCE.slice("toes"), TASK_REFERENCE.slice("toe_rates")
 _WRENCH_ROWS = np.concatenate([FORCE_CONTROLLED, FOOT_TASK + FORCE_CONTROLLED])
 
 
@@ -58,12 +57,21 @@ def null_space_motion(
     comfort: np.ndarray,
     lower: np.ndarray,
     upper: np.ndarray,
-    params: InverseKinematicsParams,
+    comfort_gain: float,
+    limit_gain: float,
 ) -> np.ndarray:
-    """Return the joint rates that descend the cost (rad/s): comfort pose and joint limits."""
-    margin = params.limit_margin
-    over = np.maximum(q - (upper - margin), 0.0) + np.minimum(q - (lower + margin), 0.0)
-    return params.comfort_gain * (comfort - q) - params.limit_gain * over
+    """Return the joint rates that descend the cost (rad/s).
+
+    Args:
+        q: joint angles (rad), shape (n,).
+        comfort: the comfort pose, shape (n,).
+        lower: the angles below which a joint retreats from its limit, shape (n,).
+        upper: the angles above which it does, shape (n,).
+        comfort_gain: return to the comfort pose (1/s).
+        limit_gain: retreat from the limits (1/s).
+    """
+    beyond = q - np.minimum(np.maximum(q, lower), upper)
+    return comfort_gain * (comfort - q) - limit_gain * beyond
 
 
 def resolve_rates(
@@ -71,7 +79,7 @@ def resolve_rates(
     rates: np.ndarray,
     mobility: np.ndarray,
     wish: np.ndarray,
-    damping: float,
+    damping: np.ndarray,
 ) -> np.ndarray:
     """Return joint rates that follow the task rates and come near the wish otherwise.
 
@@ -80,14 +88,13 @@ def resolve_rates(
         rates: wanted task rates, shape (m,).
         mobility: diagonal of the inverse weights W^-1, shape (n,); a joint with 0 keeps its wish.
         wish: z, joint rates wanted in the null space (rad/s), shape (n,).
-        damping: of the pseudo-inverse.
+        damping: D of the pseudo-inverse, shape (m, m).
 
     Returns:
-        q' = z + W^-1 J^T (J W^-1 J^T + damping I)^-1 (w' - J z), shape (n,).
+        q' = z + W^-1 J^T (J W^-1 J^T + D)^-1 (w' - J z), shape (n,).
     """
     weighted = jacobian * mobility
-    gram = weighted.dot(jacobian.T)
-    gram.flat[:: len(rates) + 1] += damping
+    gram = weighted.dot(jacobian.T) + damping
     _, multipliers, failed = dposv(gram, rates - jacobian.dot(wish), lower=1, overwrite_a=1)
     if failed:
         raise ArithmeticError("inverse kinematics: the task's Gram matrix is not positive definite")
@@ -129,10 +136,13 @@ class InverseKinematics(LeafSystem):
         super().__init__()
         self._params, self._kinematics, self._period = params, kinematics, period
         self._comfort = initial.copy()
-        self._lower, self._upper = kinematics.position_limits
+        lower, upper = kinematics.position_limits
+        self._lower, self._upper = lower + params.limit_margin, upper - params.limit_margin
+        self._damping = params.damping * np.eye(2 * FOOT_TASK)
+        self._wrench = np.zeros(2 * FOOT_TASK)
         self._mobility = np.ones(_N)
         self._mobility[_PRESCRIBED] = 0.0
-        self._state = self.DeclareDiscreteState(initial)
+        state = self.DeclareDiscreteState(initial)
         self._commands = [
             self.DeclareVectorInputPort(f"task_command_{foot}", TASK_COMMAND.size) for foot in "lr"
         ]
@@ -143,38 +153,44 @@ class InverseKinematics(LeafSystem):
             JOINT_COMMAND.name,
             JOINT_COMMAND.size,
             self._calc,
-            prerequisites_of_calc=inputs | {self.discrete_state_ticket(self._state)},
+            prerequisites_of_calc=inputs | {self.discrete_state_ticket(state)},
         )
         self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._update)
 
     def _calc(self, context, output):
-        q = context.get_discrete_state(self._state).value()
+        q = context.get_discrete_state_vector().value()
         left, right = (port.Eval(context) for port in self._commands)
         kinematics, params = self._kinematics, self._params
         kinematics.update(q)
         w = np.concatenate([left[:6], right[:6]])
         w_dot = np.concatenate([left[6:], right[6:]])
         correction = params.drift_correction / self._period
-        wish = null_space_motion(q, self._comfort, self._lower, self._upper, params)
-        wish[_PRESCRIBED] = self._prescribed_rates(context, q, correction)
+        wish = null_space_motion(
+            q, self._comfort, self._lower, self._upper, params.comfort_gain, params.limit_gain
+        )
+        for joint, rate in self._prescribed_rates(context, q, correction):
+            wish[joint] = rate
         rates = resolve_rates(
             kinematics.jacobian,
             w_dot + correction * (w - kinematics.w),
             self._mobility,
             wish,
-            params.damping,
+            self._damping,
         )
-        wrench = self._desired.Eval(context)[:6]
-        torque = -params.feedforward * kinematics.jacobian[_WRENCH_ROWS].T.dot(wrench)
+        self._wrench[_WRENCH_ROWS] = self._desired.Eval(context)[:6]
+        torque = -params.feedforward * kinematics.jacobian.T.dot(self._wrench)
         output.set_value(np.concatenate([q + self._period * rates, rates, torque]))
 
-    def _prescribed_rates(self, context, q: np.ndarray, correction: float) -> np.ndarray:
-        """Return the rates of the toes and the head, in the order of _PRESCRIBED."""
+    def _prescribed_rates(self, context, q: np.ndarray, correction: float):
+        """Yield the joints of the toes and the head with their rates."""
         reference = self._reference.Eval(context)
-        target, rate = np.zeros(_N), np.zeros(_N)
-        target[_TOES] = _TOE_LIFT * reference[TASK_REFERENCE.slice("toes")]
-        rate[_TOES] = _TOE_LIFT * reference[TASK_REFERENCE.slice("toe_rates")]
-        return (rate + correction * (target - q))[_PRESCRIBED]
+        (left, right), (rate_left, rate_right) = (
+            reference[_TOES].tolist(),
+            reference[_TOE_RATES].tolist(),
+        )
+        angles, rates = (left, -right, 0.0, 0.0), (rate_left, -rate_right, 0.0, 0.0)
+        for joint, angle, rate in zip(_PRESCRIBED, angles, rates, strict=True):
+            yield joint, rate + correction * (angle - q.item(joint))
 
     def _update(self, context, state):
-        state.set_value(self._state, self._output.Eval(context)[:_N])
+        state.set_value(self._output.Eval(context)[:_N])
