@@ -49,10 +49,16 @@ def simulate(
         Path | None, typer.Option("--output", "-o", help="Folder of the run (runs/SCENARIO).")
     ] = None,
     force: Annotated[bool, typer.Option("--force", help="Replace the run in that folder.")] = False,
+    pictures: Annotated[
+        bool, typer.Option(help="Write figures, a replay and a report into the folder.")
+    ] = True,
+    video: Annotated[
+        bool, typer.Option("--video", help="Write a film, too; it takes its time.")
+    ] = False,
     as_json: Json = False,
     quiet: Annotated[bool, typer.Option("--quiet", help="Show no progress, no table.")] = False,
 ) -> None:
-    """Run a scenario; write its signals and metrics into a folder."""
+    """Run a scenario; write its signals, metrics and pictures into a folder."""
     from lola_drake.results import check_folder
     from lola_drake.scenario import load_scenario
     from lola_drake.simulation import simulate as run
@@ -66,6 +72,7 @@ def simulate(
         with _progress(chosen.name, chosen.duration, show=not quiet) as advance:
             result = run(chosen, progress=advance)
         result.save(folder, force=force)
+        cli_pictures.write(result, folder, pictures=pictures, video=video)
     if as_json:
         print(json.dumps(result.summary, indent=2))
     elif not quiet:

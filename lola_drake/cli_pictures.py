@@ -1,13 +1,28 @@
-"""The commands of `lola` that show something: block diagrams."""
+"""The commands of `lola` that show something: block diagrams, reports, films."""
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from lola_drake.cli_common import errors_in_one_line
 
+if TYPE_CHECKING:
+    from lola_drake.results import Result
+
 app = typer.Typer()
+
+
+def write(result: "Result", folder: Path, *, pictures: bool, video: bool) -> None:
+    """Write what a run's user wants to see into its folder."""
+    if pictures:
+        from lola_drake.analysis.pictures import write_pictures
+
+        write_pictures(result, folder)
+    if video:
+        from lola_drake.analysis.video import save_video
+
+        save_video(result, folder / "video.webp")
 
 
 @app.command()
@@ -45,3 +60,25 @@ def diagram(
             written = [save_diagram(simulation, path, **options)]
     for path in written:
         print(path)
+
+
+@app.command()
+def report(
+    runs: Annotated[list[Path], typer.Argument(help="Folders of runs; the first is the base.")],
+    output: Annotated[Path, typer.Option("--output", "-o", help="File ending in .html.")] = Path(
+        "report.html"
+    ),
+    video: Annotated[
+        Path | None, typer.Option(help="Also a film of the first run, .webp or .mp4.")
+    ] = None,
+) -> None:
+    """Write one page about some runs, side by side: metrics, replays, figures, settings."""
+    from lola_drake.analysis.pictures import write_report
+    from lola_drake.analysis.video import save_video
+    from lola_drake.results import load_result
+
+    with errors_in_one_line():
+        results = [load_result(run) for run in runs]
+        print(write_report(results, output))
+        if video is not None:
+            print(save_video(results[0], video))

@@ -1,7 +1,7 @@
 """The figures of one run; each is a function from the run to a Matplotlib figure."""
 
 from collections.abc import Callable
-from pathlib import Path
+from io import BytesIO
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -26,7 +26,6 @@ from lola_drake.analysis.figure_style import (
     time_figure,
 )
 from lola_drake.analysis.footprints import footprints
-from lola_drake.analysis.picture_file import whole_file
 from lola_drake.metrics import inclination_deg, torque_error
 from lola_drake.results import Result
 from lola_drake.signals import (
@@ -196,16 +195,18 @@ FIGURES: dict[str, Callable[[Result], Figure]] = {
 """Every figure by the name of its file."""
 
 
-def save_figures(result: Result, folder: str | Path) -> list[Path]:
-    """Write every figure of a run as SVG and PNG into a folder; return the files."""
-    paths = []
+def draw_figures(result: Result) -> dict[str, Figure]:
+    """Return every figure of a run by its name."""
     with look():
-        for name, draw in FIGURES.items():
-            figure = draw(result)
-            figure.draw_without_rendering()
-            figure.set_layout_engine("none")  # it has done its work, for both formats
-            for ending, options in ((".svg", {"metadata": {"Date": None}}), (".png", {"dpi": 150})):
-                with whole_file(Path(folder) / f"{name}{ending}") as file:
-                    figure.savefig(file, **options)
-                paths.append(Path(folder) / f"{name}{ending}")
-    return paths
+        return {name: draw(result) for name, draw in FIGURES.items()}
+
+
+def figure_bytes(figure: Figure, kind: str) -> bytes:
+    """Return a figure as "svg" or "png"; it is laid out once, for all formats."""
+    options = {"metadata": {"Date": None}} if kind == "svg" else {"dpi": 150}
+    file = BytesIO()
+    with look():
+        figure.get_layout_engine().execute(figure)
+        figure.set_layout_engine("none")
+        figure.savefig(file, format=kind, **options)
+    return file.getvalue()

@@ -72,39 +72,71 @@ def to_world(result: Result, points: np.ndarray) -> np.ndarray:
 
 
 def zero_moment_point(signals: dict[str, np.ndarray]) -> np.ndarray:
-    """Return where the ground's pressure acts, from the foot sensors, in W, shape (n, 2).
+    """Return where the pressure under both feet acts, from their sensors, in W, shape (n, 2).
 
     NaN where the feet are not loaded.
     """
+    forces = np.array([vertical_force(signals, foot) for foot in FEET])
+    points = np.array([pressure_point(signals, foot) for foot in FEET])
+    total = forces.sum(axis=0)
+    weighted = np.where(forces[..., None] > 0.0, forces[..., None] * points, 0.0).sum(axis=0)
+    return weighted / np.where(total > LOADED, total, np.nan)[:, None]
+
+
+def vertical_force(signals: dict[str, np.ndarray], foot: str) -> np.ndarray:
+    """Return the vertical force on one foot as its sensor has it, none if it is hardly loaded."""
+    force = signals[f"contact_wrench_{foot}"][:, CONTACT_WRENCH.slice("wrench")][:, 2]
+    return np.where(force > LOADED, force, 0.0)
+
+
+def pressure_point(signals: dict[str, np.ndarray], foot: str) -> np.ndarray:
+    """Return where the pressure under one foot acts, in W, shape (n, 2); NaN if hardly loaded."""
+    torque = signals[f"contact_wrench_{foot}"][:, CONTACT_WRENCH.slice("wrench")][:, :2]
+    force = vertical_force(signals, foot)[:, None]
+    x, y = np.divide([-1, 1] * torque[:, ::-1], np.where(force > 0, force, np.nan)).T
+    # The torques are about T's axes, which are turned by the robot's heading.
     yaw = signals["torso_pose"][:, 5]
     c, s = np.cos(yaw), np.sin(yaw)
-    moment, force = np.zeros((len(yaw), 2)), np.zeros(len(yaw))
+    return signals[f"foot_pose_{foot}"][:, :2] + np.column_stack([c * x - s * y, s * x + c * y])
+
+
+def planned_footsteps(result: Result) -> dict[str, list[np.ndarray]]:
+    """Return x, y, z, yaw in W of every place where a foot was planned to stand, by foot."""
+    start = result.scenario.start
+    base = result.scenario.ground.height_at(start.x, start.y)
+    footsteps = {}
     for foot in FEET:
-        T_x, T_y, F_z = signals[f"contact_wrench_{foot}"][:, CONTACT_WRENCH.slice("wrench")].T
-        tcp = signals[f"foot_pose_{foot}"][:, :2]
-        # The torques are about T's axes, which are turned by the robot's heading.
-        moment += tcp * F_z[:, None] + np.column_stack([-c * T_y - s * T_x, c * T_x - s * T_y])
-        force += F_z
-    loaded = np.where(force > LOADED, force, np.nan)
-    return moment / loaded[:, None]
+        planned = result.signals["planned_motion"][:, PLANNED_MOTION.slice(f"foot_{foot}")]
+        places = planned[_stance_middles(result, foot)]
+        footsteps[foot] = [
+            np.r_[to_world(result, place[None, :2])[0], place[2] + base, place[3] + heading]
+            for place, heading in ((p, np.deg2rad(start.heading_deg)) for p in places)
+        ]
+    return footsteps
 
 
 def stances(result: Result, foot: str) -> list[tuple[str, np.ndarray]]:
     """Return (foot, x, y, yaw) in the middle of every time the foot was planned to stand."""
+    places = result.signals[f"foot_pose_{foot}"][_stance_middles(result, foot)]
+    return [(foot, place[[0, 1, 5]]) for place in places]
+
+
+def _stance_middles(result: Result, foot: str) -> np.ndarray:
     column = GAIT_PHASE.slice("support").start + FEET.index(foot)
-    supporting = result.signals["gait_phase"][:, column] > 0.5
-    edges = np.flatnonzero(np.diff(np.r_[False, supporting, False].astype(int))).reshape(-1, 2)
-    middles = edges.mean(axis=1).astype(int)
-    return [(foot, pose) for pose in result.signals[f"foot_pose_{foot}"][middles][:, [0, 1, 5]]]
+    return _middles(result.signals["gait_phase"][:, column] > 0.5)
+
+
+def _middles(true: np.ndarray) -> np.ndarray:
+    """Return the middle sample of every run of samples for which something is true."""
+    edges = np.flatnonzero(np.diff(np.r_[False, true, False].astype(int))).reshape(-1, 2)
+    return edges.mean(axis=1).astype(int)
 
 
 def support_areas(result: Result) -> list[np.ndarray]:
     """Return the convex hull of both feet in every double support."""
     support = result.signals["gait_phase"][:, GAIT_PHASE.slice("support")] > 0.5
-    both = support.all(axis=1)
-    edges = np.flatnonzero(np.diff(np.r_[False, both, False].astype(int))).reshape(-1, 2)
     areas = []
-    for middle in edges.mean(axis=1).astype(int):
+    for middle in _middles(support.all(axis=1)):
         poses = [result.signals[f"foot_pose_{foot}"][middle][[0, 1, 5]] for foot in FEET]
         corners = np.vstack([sole_corners(pose) for pose in poses])
         areas.append(corners[ConvexHull(corners).vertices])
