@@ -77,7 +77,9 @@ class ContactSwitches(LeafSystem):
             ],
         )
         left, right = forces[:4], forces[4:]
-        state.set_value(self._ground_force, [sum(f) for foot in (left, right) for f in zip(*foot)])
+        state.set_value(
+            self._ground_force, [sum(f) for foot in (left, right) for f in zip(*foot, strict=True)]
+        )
 
 
 def switched(closed: float, force: float, close_force: float, open_force: float) -> float:
