@@ -18,7 +18,7 @@ from rich.table import Table
 from rich.text import Text
 
 from lola_drake import cli_pictures
-from lola_drake.cli_common import Json, errors_in_one_line
+from lola_drake.cli_common import Host, Json, errors_in_one_line
 from lola_drake.paths import list_scenarios
 
 if TYPE_CHECKING:
@@ -55,6 +55,10 @@ def simulate(
     video: Annotated[
         bool, typer.Option("--video", help="Write a film, too; it takes its time.")
     ] = False,
+    meshcat: Annotated[
+        bool, typer.Option("--meshcat", help="Watch it in a browser, and take part.")
+    ] = False,
+    host: Host = "localhost",
     as_json: Json = False,
     quiet: Annotated[bool, typer.Option("--quiet", help="Show no progress, no table.")] = False,
 ) -> None:
@@ -69,8 +73,9 @@ def simulate(
         chosen = load_scenario(scenario, [*(changes or []), *given])
         folder = output or Path("runs") / chosen.name
         check_folder(folder, force=force)
+        view = cli_pictures.live_view(chosen, host) if meshcat else None
         with _progress(chosen.name, chosen.duration, show=not quiet) as advance:
-            result = run(chosen, progress=advance)
+            result = run(chosen, progress=advance, attend=view)
         result.save(folder, force=force)
         cli_pictures.write(result, folder, pictures=pictures, video=video)
     if as_json:

@@ -8,6 +8,10 @@ import typer
 
 Json = Annotated[bool, typer.Option("--json", help="Print the result as JSON, and nothing else.")]
 
+Host = Annotated[
+    str, typer.Option(help="Where a browser may be; * lets everybody in who reaches this machine.")
+]
+
 
 @contextmanager
 def errors_in_one_line() -> Iterator[None]:

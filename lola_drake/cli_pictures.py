@@ -5,12 +5,24 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from lola_drake.cli_common import errors_in_one_line
+from lola_drake.cli_common import Host, errors_in_one_line
 
 if TYPE_CHECKING:
+    from lola_drake.analysis.live import LiveView
     from lola_drake.results import Result
+    from lola_drake.scenario import Scenario
 
 app = typer.Typer()
+
+
+def live_view(scenario: "Scenario", host: str) -> "LiveView":
+    """Return what shows a simulation in a browser, and say where."""
+    from lola_drake.analysis.live import LiveView
+    from lola_drake.analysis.stage import open_meshcat
+
+    meshcat = open_meshcat(host=host, live=True)
+    typer.echo(f"waiting for a browser at {meshcat.web_url()}", err=True)
+    return LiveView(scenario, meshcat)
 
 
 def write(result: "Result", folder: Path, *, pictures: bool, video: bool) -> None:
@@ -82,3 +94,23 @@ def report(
         print(write_report(results, output))
         if video is not None:
             print(save_video(results[0], video))
+
+
+@app.command()
+def walk(
+    scenario: Annotated[
+        str, typer.Argument(help="Where to walk: a scenario without steps of its own.")
+    ] = "stand",
+    changes: Annotated[
+        list[str] | None,
+        typer.Option("--set", metavar="KEY=VALUE", help="Change a value; may be repeated."),
+    ] = None,
+    host: Host = "localhost",
+) -> None:
+    """Steer the robot in a browser: by sliders, keys or gamepad; nothing is recorded."""
+    from lola_drake.analysis.live import walk_live
+    from lola_drake.scenario import load_scenario
+
+    with errors_in_one_line():
+        chosen = load_scenario(scenario, changes or [])
+        walk_live(chosen, live_view(chosen, host))

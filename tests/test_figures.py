@@ -107,7 +107,7 @@ def test_footprints_are_taken_once_per_stance(make_result):
 def test_the_plan_is_drawn_where_the_robot_started(make_result):
     scenario = override(Scenario(), {"start.x": 1.0, "start.y": 2.0, "start.heading_deg": 90.0})
     result = make_result(scenario, steps=1)
-    assert to_world(result, np.array([[0.5, 0.1]]))[0] == pytest.approx([0.9, 2.5])
+    assert to_world(scenario, np.array([[0.5, 0.1]]))[0] == pytest.approx([0.9, 2.5])
     result.signals["planned_motion"][:, PLANNED_MOTION.slice("foot_l")] = (0.5, 0.1, 0.0, 0.2)
     steps = planned_footsteps(result)["l"]
     assert steps[0] == pytest.approx([0.9, 2.5, 0.0, np.pi / 2 + 0.2])

@@ -19,7 +19,7 @@ from lola_drake.analysis.figure_style import (
 )
 from lola_drake.results import Result
 from lola_drake.robot import PADS
-from lola_drake.scenario import Obstacle
+from lola_drake.scenario import Obstacle, Scenario
 from lola_drake.signals import CONTACT_WRENCH, FEET, GAIT_PHASE, PLANNED_MOTION
 
 LOADED = 60.0
@@ -34,7 +34,7 @@ def footprints(result: Result) -> Figure:
     standing = [stance for foot in FEET for stance in stances(result, foot)]
     areas = [area for area in support_areas(result) if len(area)]
     zmp, com = zero_moment_point(signals), signals["com_position"][:, :2]
-    planned = to_world(result, signals["planned_motion"][:, PLANNED_MOTION.slice("zmp")])
+    planned = to_world(result.scenario, signals["planned_motion"][:, PLANNED_MOTION.slice("zmp")])
 
     outlines = [sole_corners(pose) for _, pose in standing]
     points = np.vstack([com, *outlines])
@@ -64,9 +64,9 @@ def footprints(result: Result) -> Figure:
     return figure
 
 
-def to_world(result: Result, points: np.ndarray) -> np.ndarray:
+def to_world(scenario: Scenario, points: np.ndarray) -> np.ndarray:
     """Return points of the plan's frame P in W, shape (n, 2)."""
-    start = result.scenario.start
+    start = scenario.start
     turn = Affine2D().rotate_deg(start.heading_deg).translate(start.x, start.y)
     return turn.transform(points)
 
@@ -109,7 +109,9 @@ def planned_footsteps(result: Result) -> dict[str, list[np.ndarray]]:
         planned = result.signals["planned_motion"][:, PLANNED_MOTION.slice(f"foot_{foot}")]
         places = planned[_stance_middles(result, foot)]
         footsteps[foot] = [
-            np.r_[to_world(result, place[None, :2])[0], place[2] + base, place[3] + heading]
+            np.r_[
+                to_world(result.scenario, place[None, :2])[0], place[2] + base, place[3] + heading
+            ]
             for place, heading in ((p, np.deg2rad(start.heading_deg)) for p in places)
         ]
     return footsteps

@@ -6,6 +6,7 @@ import numpy as np
 
 from lola_drake.analysis.footprints import pressure_point, zero_moment_point
 from lola_drake.results import Result
+from lola_drake.scenario import Ground
 from lola_drake.signals import FEET, GROUND_FORCE
 
 
@@ -35,9 +36,13 @@ def frame_samples(times: np.ndarray, per_second: float) -> np.ndarray:
 
 
 def moments(result: Result, samples: np.ndarray) -> list[Moment]:
-    """Return what the signs show at some samples of a run."""
+    """Return what there is to see at some samples of a run."""
     signals = {name: values[samples] for name, values in result.signals.items()}
-    ground = result.scenario.ground
+    return moments_of(signals, result.scenario.ground)
+
+
+def moments_of(signals: dict[str, np.ndarray], ground: Ground) -> list[Moment]:
+    """Return what there is to see in each row of the signals."""
     zmp = zero_moment_point(signals)
     heights = [ground.height_at(*p) if np.isfinite(p).all() else np.nan for p in zmp]
     forces = [signals["ground_force"][:, GROUND_FORCE.slice(f"F_{foot}")] for foot in FEET]
@@ -47,11 +52,11 @@ def moments(result: Result, samples: np.ndarray) -> list[Moment]:
     ]
     return [
         Moment(
-            torso=signals["torso_pose"][i],
+            torso=torso,
             com=signals["com_position"][i],
             zmp=np.r_[zmp[i], heights[i]],
             forces=np.array([force[i] for force in forces]),
             origins=np.array([origin[i] for origin in origins]),
         )
-        for i in range(len(samples))
+        for i, torso in enumerate(signals["torso_pose"])
     ]

@@ -4,10 +4,9 @@ import base64
 import gzip
 from html import escape
 
-import numpy as np
 from pydrake.geometry import Meshcat
 
-from lola_drake.analysis.footprints import planned_footsteps, sole_corners
+from lola_drake.analysis.footprints import planned_footsteps
 from lola_drake.analysis.moments import frame_samples, moments
 from lola_drake.analysis.signs import Signs
 from lola_drake.analysis.stage import Puppet, follow, open_meshcat, shown_in
@@ -57,7 +56,7 @@ def packed_replay(result: Result) -> str:
 
 def replay_page(result: Result) -> str:
     """Return the run as Meshcat's own static page, uncompressed."""
-    meshcat = open_meshcat(port=0)
+    meshcat = open_meshcat()
     record(result, meshcat)
     return meshcat.StaticHtml()
 
@@ -65,7 +64,7 @@ def replay_page(result: Result) -> str:
 def record(result: Result, meshcat: Meshcat) -> None:
     """Play a run into a Meshcat scene as a recording."""
     puppet, signs = Puppet(result.scenario, shown_in(meshcat)), Signs(meshcat)
-    signs.set_footsteps(planned_footsteps(result), np.ptp(sole_corners(np.zeros(3)), axis=0))
+    signs.set_footsteps(planned_footsteps(result))
     samples = frame_samples(result.times, FRAMES_PER_SECOND)
     scene = moments(result, samples)
     meshcat.StartRecording(frames_per_second=FRAMES_PER_SECOND)

@@ -9,6 +9,7 @@ from pydrake.geometry import Box, Cylinder, Meshcat, MeshcatCone, Rgba, Sphere
 from pydrake.math import RigidTransform, RollPitchYaw, RotationMatrix
 
 from lola_drake.analysis.figure_style import FIRST, FOOT_COLOURS, FOOT_NAMES, SECOND, THIRD
+from lola_drake.analysis.footprints import sole_corners
 from lola_drake.analysis.moments import Moment
 from lola_drake.signals import FEET
 
@@ -57,19 +58,15 @@ class Signs:
             ):
                 self._meshcat.SetProperty(f"{path}/<object>", name, value)
 
-    def set_footsteps(self, footsteps: dict[str, list[np.ndarray]], size: tuple) -> None:
-        """Show planned footsteps.
-
-        Args:
-            footsteps: x, y, z, yaw of the TCP of each step in W, by foot.
-            size: Length and width of the sole (m).
-        """
+    def set_footsteps(self, footsteps: dict[str, list[np.ndarray]]) -> None:
+        """Show planned footsteps: x, y, z, yaw of the TCP of each step in W, by foot."""
+        length, width = np.ptp(sole_corners(np.zeros(3)), axis=0)
         self._meshcat.Delete(f"{ROOT}/planned footsteps")
         for foot, poses in footsteps.items():
             for i, (x, y, z, yaw) in enumerate(poses):
                 path = f"{ROOT}/planned footsteps/{FOOT_NAMES[foot]}/{i}"
                 colour = _rgba(FOOT_COLOURS[foot], 0.35)
-                self._meshcat.SetObject(path, Box(*size, 0.002), colour)
+                self._meshcat.SetObject(path, Box(length, width, 0.002), colour)
                 pose = RigidTransform(RollPitchYaw(0.0, 0.0, yaw), [x, y, z + 0.002])
                 self._meshcat.SetTransform(path, pose)
 

@@ -31,9 +31,14 @@ CAMERA, TARGET = (1.5, -1.9, 1.2), (0.0, 0.0, 0.88)
 """Where the camera stands and what it looks at, with the robot at x = y = 0 (m)."""
 
 
-def open_meshcat(*, host: str = "localhost", port: int | None = None) -> Meshcat:
-    """Return a Meshcat server; nobody outside this machine can reach it unless `host` says so."""
-    meshcat = Meshcat(MeshcatParams(host=host, port=port, show_stats_plot=False))
+def open_meshcat(*, host: str = "localhost", live: bool = False) -> Meshcat:
+    """Return a Meshcat server with a floor; one that is not live is for making a page.
+
+    Nobody outside this machine can reach it unless `host` says so.
+    """
+    # A page needs no well-known port: 0 lets the system choose a free one.
+    params = MeshcatParams(host=host, port=None if live else 0, show_stats_plot=live)
+    meshcat = Meshcat(params)
     meshcat.SetProperty("/Background", "top_color", [0.97, 0.98, 0.99])
     meshcat.SetProperty("/Background", "bottom_color", [0.84, 0.86, 0.88])
     meshcat.SetProperty("/Axes", "visible", False)
