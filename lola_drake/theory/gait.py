@@ -54,13 +54,13 @@ class GaitTiming:
 
     step_time: float
     double_support: float
-    first_double_support: float
     last_double_support: float
     step_height: float
     step_width: float
     com_height: float
     horizontal_lead: float
     horizontal_lag: float
+    plateau: float
     toe_lift: float
 
 
@@ -107,8 +107,10 @@ def make_schedule(
     feet: tuple[np.ndarray, np.ndarray],
     load: float,
     height: float,
+    heading: float,
     path: np.ndarray,
     swing: int,
+    support: float,
     displacements: np.ndarray,
 ) -> Schedule:
     """Lay out steps from the present state until the robot stands again.
@@ -118,8 +120,10 @@ def make_schedule(
         feet: poses x, y, z, yaw of the left and right TCP.
         load: the left foot's present share of the load; 0.5 means standing.
         height: the CoM's present height (m).
+        heading: the torso's present yaw (rad).
         path: the robot's present frame (x, y, yaw).
         swing: which foot swings first.
+        support: duration of the first double support (s).
         displacements: one row (forward, left, turn) per step, shape (n, 3).
 
     Returns:
@@ -130,21 +134,18 @@ def make_schedule(
         foot=(Profile(feet[LEFT]), Profile(feet[RIGHT])),
         toe=(Profile(np.zeros(1)), Profile(np.zeros(1))),
         load=Profile(np.array([load]), transition=linear),
-        heading=Profile(path[2:]),
+        heading=Profile(np.array([heading])),
         height=Profile(np.array([height])),
     )
-    standing = load not in (0.0, 1.0)
     for displacement in displacements:
         path = advance(path, displacement)
-        support = timing.first_double_support if standing else timing.double_support
         _add_step(plan, timing, support, swing, path)
-        standing, swing = False, 1 - swing
+        support, swing = timing.double_support, 1 - swing
     if not _side_by_side(plan, timing, path, swing):
-        support = timing.first_double_support if standing else timing.double_support
         _add_step(plan, timing, support, swing, path)
-    support = timing.last_double_support
-    plan.load.add(plan.end, plan.end + support, 0.5 - plan.load.end)
-    plan.end += support
+    settled = plan.end + timing.last_double_support
+    plan.load.add(plan.end, settled, 0.5 - plan.load.end)
+    plan.end = settled
     return plan
 
 
@@ -159,6 +160,7 @@ def _add_step(
     lift_off = plan.end + support
     touchdown = lift_off + timing.step_time - timing.double_support
     duration, middle = touchdown - lift_off, (lift_off + touchdown) / 2
+    up, down = middle - timing.plateau * duration / 2, middle + timing.plateau * duration / 2
     plan.load.add(plan.end, lift_off, float(swing == RIGHT) - plan.load.end)
     foot = plan.foot[swing]
     x, y, yaw = foothold(path, swing, timing.step_width)
@@ -171,10 +173,10 @@ def _add_step(
         touchdown - timing.horizontal_lag * duration,
         horizontal,
     )
-    foot.add(lift_off, middle, np.array([0, 0, rise, 0]))
-    foot.add(middle, touchdown, np.array([0, 0, fall, 0]))
-    plan.toe[swing].add(lift_off, middle, [timing.toe_lift])
-    plan.toe[swing].add(middle, touchdown, [-timing.toe_lift])
+    foot.add(lift_off, up, np.array([0, 0, rise, 0]))
+    foot.add(down, touchdown, np.array([0, 0, fall, 0]))
+    plan.toe[swing].add(lift_off, up, [timing.toe_lift])
+    plan.toe[swing].add(down, touchdown, [-timing.toe_lift])
     plan.heading.add(lift_off, touchdown, path[2:] - plan.heading.end)
     ground = (stance_z + foot.end[2]) / 2
     plan.height.add(lift_off, touchdown, timing.com_height + ground - plan.height.end)

@@ -33,6 +33,9 @@ class StepRequest:
         com, com_velocity: the plan's CoM at the start in P (m, m/s), shape (3,).
         feet: TCP poses x, y, z, yaw in P, left and right, each of shape (4,).
         path: the robot's frame on the ground x, y (m), yaw (rad).
+        heading: the torso's yaw at the start (rad).
+        support: duration of the double support that begins the step (s).
+        blend: b_f of the left and right foot at the start, shape (2,).
         displacements: (forward, left, turn) of the coming steps, shape (n, 3); none to stand.
     """
 
@@ -44,6 +47,9 @@ class StepRequest:
     com_velocity: np.ndarray
     feet: tuple[np.ndarray, np.ndarray]
     path: np.ndarray
+    heading: float
+    support: float
+    blend: np.ndarray
     displacements: np.ndarray
 
 
@@ -53,6 +59,7 @@ class StepPlan:
 
     Attributes:
         duration: until the planned touchdown (s).
+        lift_off: when the foot lifts off, inf if it does not (s).
         task_reference, gait_phase, ideal_wrench, planned_motion: one row per tick, laid out as
             the signals of the same names.
         load: the left foot's share of the load at the end.
@@ -61,6 +68,7 @@ class StepPlan:
     """
 
     duration: float
+    lift_off: float
     task_reference: np.ndarray
     gait_phase: np.ndarray
     ideal_wrench: np.ndarray
@@ -99,8 +107,10 @@ def plan_step(model: PatternModel, request: StepRequest) -> StepPlan:
         request.feet,
         request.load,
         request.com[2],
+        request.heading,
         request.path,
         request.swing,
+        request.support,
         request.displacements,
     )
     stepping = len(schedule.swings) > 0
@@ -113,6 +123,7 @@ def plan_step(model: PatternModel, request: StepRequest) -> StepPlan:
     zmp = _zmp(model, at) + bump(at.time / shifting)[:, None] * shift
     return StepPlan(
         duration=duration,
+        lift_off=shifting if stepping else np.inf,
         task_reference=_task_reference(model, schedule, at, motion),
         gait_phase=_gait_phase(model, request, schedule, at),
         ideal_wrench=_ideal_wrench(model, at, motion, zmp),
@@ -252,7 +263,8 @@ def _gait_phase(
 ) -> np.ndarray:
     time = at.time
     table = np.zeros((len(time), GAIT_PHASE.size))
-    support, blend = np.ones((len(time), 2)), np.ones((len(time), 2))
+    support = np.ones((len(time), 2))
+    blend = 1 - (1 - request.blend) * (1 - quintic(time / model.blend_time)[0])[:, None]
     for foot, lift_off, touchdown in schedule.swings[:1]:
         blend[:, foot] -= quintic((time - lift_off) / model.blend_time + 1)[0]
         blend[:, foot] += quintic((time - touchdown) / model.blend_time + 1)[0]
