@@ -25,6 +25,9 @@ from lola_drake.parameters import ParameterError, parameter, validate
 from lola_drake.paths import scenario_paths
 
 
+VARIANTS = ("ref", "dyn", "original")
+
+
 class ScenarioError(ValueError):
     """A scenario that cannot be used; the message is one line that says where and why."""
 
@@ -162,14 +165,15 @@ class Scenario:
     """One experiment, complete: a run depends on nothing else but the versions of the software.
 
     Attributes:
-        variant: `dyn` is the controller with integrated CoM dynamics, `ref` the one without.
+        variant: `dyn` is the controller with integrated CoM dynamics, `ref` the one without;
+            `original` is the predecessor [23] of both, see `configuration_force_control`.
     """
 
     name: str = parameter("unnamed", "the name of its file, unless the file says otherwise")
     description: str = parameter("", "one line for the list of scenarios")
     duration: float = parameter(10.0, "simulated time", "s", above=0.0)
     seed: int = parameter(0, "of all random numbers", "", minimum=0)
-    variant: str = parameter("dyn", "of the controller", choices=("ref", "dyn"))
+    variant: str = parameter("dyn", "of the controller", choices=VARIANTS)
     start: StartPose = field(default_factory=StartPose)
     walk: Walk = field(default_factory=Walk)
     pattern: WalkingPatternParams = field(default_factory=WalkingPatternParams)
