@@ -16,7 +16,8 @@ import h5py
 import numpy as np
 
 from lola_drake.logged import LOGGED
-from lola_drake.metrics import metrics
+from lola_drake.metrics import Limits, metrics
+from lola_drake.robot import Kinematics
 from lola_drake.scenario import Scenario, dump_scenario, load_scenario
 
 SUMMARY, SIGNALS, SCENARIO = "summary.json", "signals.h5", "scenario.yaml"
@@ -77,7 +78,8 @@ class Result:
         fall_time = math.inf if self.fall_time is None else self.fall_time
         standing = self.times <= fall_time
         signals = {name: values[standing] for name, values in self.signals.items()}
-        return _finite(metrics(self.times[standing], signals))
+        limits = run_limits(self.scenario)
+        return _finite(metrics(self.times[standing], signals, limits))
 
     @property
     def summary(self) -> dict[str, object]:
@@ -117,6 +119,14 @@ class Result:
         finally:
             shutil.rmtree(partial, ignore_errors=True)
         return folder
+
+
+def run_limits(scenario: Scenario) -> Limits:
+    """Return the limits of LOLA's joints and of the scenario's ground."""
+    robot = Kinematics()
+    lower, upper = robot.position_limits
+    friction = scenario.ground.friction
+    return Limits(lower, upper, robot.velocity_limits, robot.effort_limits, friction)
 
 
 def check_folder(folder: str | Path, *, force: bool = False) -> Path:

@@ -24,7 +24,6 @@ from lola_drake.blocks.walking_pattern import WalkingPatternParams
 from lola_drake.parameters import ParameterError, parameter, validate
 from lola_drake.paths import scenario_paths
 
-
 VARIANTS = ("ref", "dyn", "original")
 
 

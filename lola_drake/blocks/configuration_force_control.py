@@ -52,6 +52,8 @@ from lola_drake.signals import (
 
 _BLEND = GAIT_PHASE.slice("blend").start
 _FEET_RATES = slice(TASK_REFERENCE.slice("w_dot_l").start, TASK_REFERENCE.slice("w_dot_r").stop)
+_RIGID_HEIGHT_RATES = np.array([[pad.y, -pad.x, 1.0] for pad in PADS])
+"""The heights of the pads' centres by a rigid foot's sin gamma_x, sin gamma_y and z."""
 
 
 def spring_gradient(
@@ -72,12 +74,6 @@ def spring_gradient(
     """
     x, y = points.T
     return -(np.array([y, -x, np.ones(len(x))]) * stiffness).dot(height_rates)
-
-
-def rigid_height_rates(points: np.ndarray) -> np.ndarray:
-    """Return the points' heights by a rigid foot's sin gamma_x, sin gamma_y and z."""
-    x, y = points.T
-    return np.column_stack([y, -x, np.ones(len(x))])
 
 
 @dataclass(frozen=True)
@@ -281,7 +277,7 @@ class ConfigurationForceControl(LeafSystem):
         points, height_rates = kinematics.pads(foot)
         return foot_law(
             force_by_joints=spring_gradient(points, height_rates, self._stiffness),
-            force_by_task=spring_gradient(points, rigid_height_rates(points), self._stiffness),
+            force_by_task=spring_gradient(points, _RIGID_HEIGHT_RATES, self._stiffness),
             task_by_joints=kinematics.jacobian[FOOT_TASK * foot + FORCE_CONTROLLED],
             force_rate=desired[DESIRED_WRENCH.slice(f"rate_{FEET[foot]}")] + error / time_constant,
             deviation=self._modifications[foot].Eval(context) - level,

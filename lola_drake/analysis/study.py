@@ -1,0 +1,113 @@
+"""Many runs: in parallel, each kept on disk as soon as it is done, and none done twice."""
+
+import hashlib
+import json
+import os
+from collections.abc import Callable, Sequence
+from functools import cache
+from pathlib import Path
+
+from joblib import Parallel, delayed
+
+from lola_drake.paths import models_dir
+from lola_drake.results import ResultError, software_versions
+from lola_drake.scenario import Scenario, dump_scenario
+
+Summary = dict[str, object]
+
+
+class Study:
+    """The summaries of runs, in a file with one line for each.
+
+    A run is known by its whole scenario and by the software that it depends on, so that a file can
+    be continued after any change and never mixes what does not belong together.
+    """
+
+    def __init__(self, file: str | Path):
+        """Open a file, which need not exist; ResultError if it cannot be used."""
+        self.file = Path(file)
+        self._known = {}
+        try:
+            self.file.parent.mkdir(parents=True, exist_ok=True)
+            self.file.touch()
+            for line in self.file.read_text(encoding="utf-8").splitlines():
+                self._remember(line)
+        except (OSError, UnicodeDecodeError) as error:
+            raise ResultError(f"{self.file}: cannot be used, {error}") from None
+
+    def _remember(self, line: str) -> None:
+        try:
+            record = json.loads(line)
+            self._known[record["key"]] = record["summary"]
+        except (json.JSONDecodeError, KeyError, TypeError):
+            pass  # the last line of a study that was killed while it wrote
+
+    def run(
+        self,
+        scenarios: Sequence[Scenario],
+        jobs: int = 2,
+        progress: Callable[[int], None] | None = None,
+    ) -> list[Summary]:
+        """Return the summary of every scenario; runs only those that the file lacks.
+
+        Args:
+            scenarios: what to run.
+            jobs: how many processes run at a time.
+            progress: called with the number of summaries that are there.
+
+        Raises:
+            KeyboardInterrupt: If a run was interrupted; what is done by then is kept.
+        """
+        keys = [run_key(scenario) for scenario in scenarios]
+        missing = {k: s for k, s in zip(keys, scenarios, strict=True) if k not in self._known}
+        done = len(set(keys)) - len(missing)
+        if progress is not None:
+            progress(done)
+        if missing:
+            runs = Parallel(n_jobs=jobs, return_as="generator_unordered")(
+                delayed(_summary)(key, scenario) for key, scenario in missing.items()
+            )
+            for done, (key, summary) in enumerate(runs, start=done + 1):
+                self._keep(key, summary)
+                if progress is not None:
+                    progress(done)
+        return [self._known[key] for key in keys]
+
+    def _keep(self, key: str, summary: Summary) -> None:
+        if not (summary["completed"] or summary["fell"]):
+            raise KeyboardInterrupt
+        with self.file.open("a", encoding="utf-8") as file:
+            file.write(json.dumps({"key": key, "summary": summary}, allow_nan=False) + "\n")
+            file.flush()
+            os.fsync(file.fileno())
+        self._known[key] = summary
+
+
+def _summary(key: str, scenario: Scenario) -> tuple[str, Summary]:
+    from lola_drake.simulation import simulate
+
+    return key, simulate(scenario).summary
+
+
+def run_key(scenario: Scenario) -> str:
+    """Return what a run is known by: a digest of its scenario and of the software."""
+    return hashlib.sha256((software_digest() + dump_scenario(scenario)).encode()).hexdigest()
+
+
+@cache
+def software_digest() -> str:
+    """Return a digest of everything but the scenario that a run's numbers depend on.
+
+    It covers the package without its analysis and its command line, the robot, and the versions
+    of what they use.
+    """
+    package, robot = Path(__file__).resolve().parents[1], models_dir() / "lola"
+    sources = [
+        path
+        for path in package.rglob("*.py")
+        if "analysis" not in path.parts and not path.name.startswith("cli")
+    ]
+    digest = hashlib.sha256(json.dumps(software_versions(), sort_keys=True).encode())
+    for path in sorted([*sources, *robot.glob("*.urdf")]):
+        digest.update(path.read_bytes())
+    return digest.hexdigest()
