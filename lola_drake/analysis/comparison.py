@@ -1,14 +1,10 @@
 """One scenario in several variants, side by side."""
 
-import dataclasses
-import json
-import shutil
 from collections.abc import Mapping, Sequence
-from pathlib import Path
 
 from joblib import Parallel, delayed
 
-from lola_drake.results import Result, ResultError
+from lola_drake.results import Result
 from lola_drake.scenario import Scenario, override
 
 COMPARISON = "compare.json"

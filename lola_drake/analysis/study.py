@@ -60,17 +60,17 @@ class Study:
         """
         keys = [run_key(scenario) for scenario in scenarios]
         missing = {k: s for k, s in zip(keys, scenarios, strict=True) if k not in self._known}
+        report = progress or (lambda done: None)
         done = len(set(keys)) - len(missing)
-        if progress is not None:
-            progress(done)
+        report(done)
         if missing:
             runs = Parallel(n_jobs=jobs, return_as="generator_unordered")(
                 delayed(_summary)(key, scenario) for key, scenario in missing.items()
             )
-            for done, (key, summary) in enumerate(runs, start=done + 1):
+            for key, summary in runs:
                 self._keep(key, summary)
-                if progress is not None:
-                    progress(done)
+                done += 1
+                report(done)
         return [self._known[key] for key in keys]
 
     def _keep(self, key: str, summary: Summary) -> None:

@@ -14,6 +14,7 @@ the static torque that holds the desired foot wrenches, -J^T lambda_d. Gravity i
 the task is the feet's motion relative to the CoM.
 """
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -26,7 +27,7 @@ from lola_drake.robot import FOOT_TASK, JOINT_INDEX, Kinematics
 from lola_drake.signals import DESIRED_WRENCH, JOINT_COMMAND, JOINTS, TASK_COMMAND, TASK_REFERENCE
 
 _N = len(JOINTS)
-_PRESCRIBED = np.array([JOINT_INDEX[name] for name in ("tzfl", "tzfr", "tvp", "tvt")])
+_PRESCRIBED = [JOINT_INDEX[name] for name in ("tzfl", "tzfr", "tvp", "tvt")]
 _TOES, _TOE_RATES = TASK_REFERENCE.slice("toes"), TASK_REFERENCE.slice("toe_rates")
 _WRENCH_ROWS = np.concatenate([FORCE_CONTROLLED, FOOT_TASK + FORCE_CONTROLLED])
 
@@ -79,7 +80,7 @@ def resolve_rates(
     rates: np.ndarray,
     mobility: np.ndarray,
     wish: np.ndarray,
-    damping: float,
+    damping: np.ndarray,
 ) -> np.ndarray:
     """Return joint rates that follow the task rates and come near the wish otherwise.
 
@@ -88,14 +89,13 @@ def resolve_rates(
         rates: wanted task rates, shape (m,).
         mobility: diagonal of the inverse weights W^-1, shape (n,); a joint with 0 keeps its wish.
         wish: z, joint rates wanted in the null space (rad/s), shape (n,).
-        damping: of the pseudo-inverse.
+        damping: D of the pseudo-inverse, shape (m, m).
 
     Returns:
-        q' = z + W^-1 J^T (J W^-1 J^T + damping I)^-1 (w' - J z), shape (n,).
+        q' = z + W^-1 J^T (J W^-1 J^T + D)^-1 (w' - J z), shape (n,).
     """
     weighted = jacobian * mobility
-    gram = weighted.dot(jacobian.T)
-    gram.flat[:: len(rates) + 1] += damping
+    gram = weighted.dot(jacobian.T) + damping
     _, multipliers, failed = dposv(gram, rates - jacobian.dot(wish), lower=1, overwrite_a=1)
     if failed:
         raise ArithmeticError("inverse kinematics: the task's Gram matrix is not positive definite")
@@ -120,6 +120,8 @@ class JointResolution:
         self._params, self._comfort, self._period = params, comfort.copy(), period
         lower, upper = position_limits
         self._lower, self._upper = lower + params.limit_margin, upper - params.limit_margin
+        self._damping = params.damping * np.eye(2 * FOOT_TASK)
+        self._wrench = np.zeros(2 * FOOT_TASK)
         self._mobility = np.ones(_N)
         self._mobility[_PRESCRIBED] = 0.0
         self.correction = params.drift_correction / period
@@ -136,8 +138,8 @@ class JointResolution:
 
         Args:
             q: joint angles (rad), shape (24,).
-            task: task rates per joint rate, shape (m, 24).
-            rates: wanted task rates, shape (m,).
+            task: task rates per joint rate, shape (12, 24).
+            rates: wanted task rates, shape (12,).
             reference: `task_reference`, for the toes.
             torque: to feed forward (Nm), shape (24,).
         """
@@ -145,15 +147,22 @@ class JointResolution:
         wish = null_space_motion(
             q, self._comfort, self._lower, self._upper, params.comfort_gain, params.limit_gain
         )
-        wish[_PRESCRIBED] = self._prescribed_rates(q, reference)
-        q_dot = resolve_rates(task, rates, self._mobility, wish, params.damping)
+        for joint, rate in self._prescribed_rates(q, reference):
+            wish[joint] = rate
+        q_dot = resolve_rates(task, rates, self._mobility, wish, self._damping)
         return np.concatenate([q + self._period * q_dot, q_dot, torque])
 
-    def _prescribed_rates(self, q: np.ndarray, reference: np.ndarray) -> np.ndarray:
-        """Return the rates of the toes and the head, in the order of _PRESCRIBED."""
-        (left, right), (rate_left, rate_right) = reference[_TOES], reference[_TOE_RATES]
-        rates = np.array([rate_left, -rate_right, 0.0, 0.0])
-        return rates + self.correction * (np.array([left, -right, 0.0, 0.0]) - q[_PRESCRIBED])
+    def _prescribed_rates(
+        self, q: np.ndarray, reference: np.ndarray
+    ) -> Iterator[tuple[int, float]]:
+        """Yield the joints of the toes and the head with their rates."""
+        (left, right), (rate_left, rate_right) = (
+            reference[_TOES].tolist(),
+            reference[_TOE_RATES].tolist(),
+        )
+        angles, rates = (left, -right, 0.0, 0.0), (rate_left, -rate_right, 0.0, 0.0)
+        for joint, angle, rate in zip(_PRESCRIBED, angles, rates, strict=True):
+            yield joint, rate + self.correction * (angle - q.item(joint))
 
     def holding_torque(self, jacobian: np.ndarray, desired_wrench: np.ndarray) -> np.ndarray:
         """Return the static torque (Nm) that holds both feet's desired wrenches, shape (24,).
@@ -162,7 +171,8 @@ class JointResolution:
             jacobian: of both feet's tasks, shape (12, 24).
             desired_wrench: the signal of that name.
         """
-        return -self._params.feedforward * jacobian[_WRENCH_ROWS].T.dot(desired_wrench[:6])
+        self._wrench[_WRENCH_ROWS] = desired_wrench[:6]
+        return -self._params.feedforward * jacobian.T.dot(self._wrench)
 
 
 class InverseKinematics(LeafSystem):

@@ -80,7 +80,7 @@ class WalkingPatternParams:
         0.15, "part of the swing after it has moved forward", "-", minimum=0, maximum=0.4
     )
     plateau: float = parameter(
-        0.2, "part of the swing that the foot stays at its highest", "-", minimum=0, maximum=0.6
+        0.1, "part of the swing that the foot stays at its highest", "-", minimum=0, maximum=0.6
     )
     phase_reset: bool = parameter(
         False, "stop the swing and begin the double support at an early contact"
@@ -223,7 +223,8 @@ class WalkingPattern(LeafSystem):
         """Return the request that takes the touched ground for the foothold: the phase reset.
 
         The foot stops where it is, and the double support begins. Its duration is the one for
-        which the CoM, as it moves now, asks for the least shift of the ZMP.
+        which the CoM, as it moves now, asks for the least shift of the ZMP. Behind the foothold
+        the ground may go on or fall back: it is expected half-way, which is never far wrong.
         """
         stopped = continued(request, plan, row, self._period)
         foot, side = stopped.feet[request.swing], 1.0 if request.swing == LEFT else -1.0
@@ -233,6 +234,7 @@ class WalkingPattern(LeafSystem):
             swing=1 - request.swing,
             load=float(request.swing == RIGHT),
             path=advance(foot[[0, 1, 3]], np.array([0.0, -side * self.params.step_width / 2, 0.0])),
+            ground=(request.ground + foot[2]) / 2,
             displacements=self._next(context, request.step_index + 1),
         )
         candidates = [replace(landed, support=support) for support in RESET_SUPPORTS]
@@ -279,6 +281,7 @@ def standing_request(params: WalkingPatternParams) -> StepRequest:
         com_velocity=np.zeros(3),
         feet=(feet[0], feet[1]),
         path=np.zeros(3),
+        ground=0.0,
         heading=0.0,
         support=params.first_double_support,
         blend=np.ones(2),
@@ -297,7 +300,7 @@ def pack_request(request: StepRequest) -> np.ndarray:
             request.com_velocity,
             *request.feet,
             request.path,
-            [request.heading, request.support],
+            [request.ground, request.heading, request.support],
             request.blend,
             [len(request.displacements)],
             displacements.ravel(),
@@ -309,7 +312,7 @@ def unpack_request(vector: np.ndarray) -> StepRequest:
     """Return the request that `pack_request` wrote."""
     start_time, step_index, swing, load = vector[:4]
     com, com_velocity, left, right, path, pace, blend, count, displacements = np.split(
-        vector[4:].copy(), np.cumsum([3, 3, 4, 4, 3, 2, 2, 1])
+        vector[4:].copy(), np.cumsum([3, 3, 4, 4, 3, 3, 2, 1])
     )
     return StepRequest(
         start_time=start_time,
@@ -320,8 +323,9 @@ def unpack_request(vector: np.ndarray) -> StepRequest:
         com_velocity=com_velocity,
         feet=(left, right),
         path=path,
-        heading=pace[0],
-        support=pace[1],
+        ground=pace[0],
+        heading=pace[1],
+        support=pace[2],
         blend=blend,
         displacements=displacements.reshape(-1, 3)[: int(count[0])],
     )

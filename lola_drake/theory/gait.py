@@ -109,6 +109,7 @@ def make_schedule(
     height: float,
     heading: float,
     path: np.ndarray,
+    ground: float,
     swing: int,
     support: float,
     displacements: np.ndarray,
@@ -122,6 +123,7 @@ def make_schedule(
         height: the CoM's present height (m).
         heading: the torso's present yaw (rad).
         path: the robot's present frame (x, y, yaw).
+        ground: height at which the coming footholds are expected (m).
         swing: which foot swings first.
         support: duration of the first double support (s).
         displacements: one row (forward, left, turn) per step, shape (n, 3).
@@ -139,10 +141,10 @@ def make_schedule(
     )
     for displacement in displacements:
         path = advance(path, displacement)
-        _add_step(plan, timing, support, swing, path)
+        _add_step(plan, timing, support, swing, path, ground)
         support, swing = timing.double_support, 1 - swing
     if not _side_by_side(plan, timing, path, swing):
-        _add_step(plan, timing, support, swing, path)
+        _add_step(plan, timing, support, swing, path, ground)
     settled = plan.end + timing.last_double_support
     plan.load.add(plan.end, settled, 0.5 - plan.load.end)
     plan.end = settled
@@ -155,7 +157,12 @@ def _side_by_side(plan: Schedule, timing: GaitTiming, path: np.ndarray, foot: in
 
 
 def _add_step(
-    plan: Schedule, timing: GaitTiming, support: float, swing: int, path: np.ndarray
+    plan: Schedule,
+    timing: GaitTiming,
+    support: float,
+    swing: int,
+    path: np.ndarray,
+    ground: float,
 ) -> None:
     lift_off = plan.end + support
     touchdown = lift_off + timing.step_time - timing.double_support
@@ -165,8 +172,8 @@ def _add_step(
     foot = plan.foot[swing]
     x, y, yaw = foothold(path, swing, timing.step_width)
     stance_z = plan.foot[1 - swing].end[2]
-    top = max(foot.end[2], stance_z) + timing.step_height
-    rise, fall = top - foot.end[2], stance_z - top
+    top = max(foot.end[2], stance_z, ground) + timing.step_height
+    rise, fall = top - foot.end[2], ground - top
     horizontal = np.array([x, y, 0, yaw]) - foot.end * [1, 1, 0, 1]
     foot.add(
         lift_off + timing.horizontal_lead * duration,
@@ -178,8 +185,8 @@ def _add_step(
     plan.toe[swing].add(lift_off, up, [timing.toe_lift])
     plan.toe[swing].add(down, touchdown, [-timing.toe_lift])
     plan.heading.add(lift_off, touchdown, path[2:] - plan.heading.end)
-    ground = (stance_z + foot.end[2]) / 2
-    plan.height.add(lift_off, touchdown, timing.com_height + ground - plan.height.end)
+    level = timing.com_height + (stance_z + ground) / 2
+    plan.height.add(lift_off, touchdown, level - plan.height.end)
     plan.swings.append((swing, lift_off, touchdown))
     plan.path.append(path)
     plan.end = touchdown

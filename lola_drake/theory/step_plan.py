@@ -33,6 +33,7 @@ class StepRequest:
         com, com_velocity: the plan's CoM at the start in P (m, m/s), shape (3,).
         feet: TCP poses x, y, z, yaw in P, left and right, each of shape (4,).
         path: the robot's frame on the ground x, y (m), yaw (rad).
+        ground: height in P at which the coming footholds are expected (m).
         heading: the torso's yaw at the start (rad).
         support: duration of the double support that begins the step (s).
         blend: b_f of the left and right foot at the start, shape (2,).
@@ -47,6 +48,7 @@ class StepRequest:
     com_velocity: np.ndarray
     feet: tuple[np.ndarray, np.ndarray]
     path: np.ndarray
+    ground: float
     heading: float
     support: float
     blend: np.ndarray
@@ -109,6 +111,7 @@ def plan_step(model: PatternModel, request: StepRequest) -> StepPlan:
         request.com[2],
         request.heading,
         request.path,
+        request.ground,
         request.swing,
         request.support,
         request.displacements,
