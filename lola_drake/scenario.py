@@ -126,9 +126,21 @@ class Obstacle:
     heading_deg: float = parameter(0.0, "direction of its length", "deg")
     size: tuple[float, float] = parameter((0.4, 1.0), "length and width", "m", above=0.0)
     height: float = parameter(0.04, "height of its top over the floor", "m", above=0.0)
+    free_shift: tuple[float, float] = parameter(
+        (0.0, 0.0), "how far it may be moved along its length without another experiment", "m"
+    )
 
     def __post_init__(self):
         validate(self)
+        if self.free_shift[0] > self.free_shift[1]:
+            raise ParameterError("free_shift", self.free_shift, "from the least to the greatest")
+
+    def shifted(self, distance: float) -> "Obstacle":
+        """Return it moved along its length (m)."""
+        heading = math.radians(self.heading_deg)
+        x, y = self.position
+        moved = (x + distance * math.cos(heading), y + distance * math.sin(heading))
+        return dataclasses.replace(self, position=moved)
 
     def covers(self, x: float, y: float) -> bool:
         """Return whether a point of W lies over it."""
