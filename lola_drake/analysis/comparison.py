@@ -7,8 +7,6 @@ from joblib import Parallel, delayed
 from lola_drake.results import Result
 from lola_drake.scenario import Scenario, override
 
-COMPARISON = "compare.json"
-
 COMPARED = (
     "max_inclination_deg",
     "rms_torque_error_Nm",
@@ -22,26 +20,24 @@ COMPARED = (
 Summary = Mapping[str, object]
 
 
-def in_variant(scenario: Scenario, variant: str) -> Scenario:
-    """Return the scenario in another variant of the controller; ScenarioError if there is none."""
-    return override(scenario, {"variant": variant})
-
-
 def run_variants(scenario: Scenario, variants: Sequence[str], jobs: int = 2) -> list[Result]:
-    """Run a scenario in every variant, several at a time."""
+    """Return the runs of a scenario in every variant; several run at a time.
+
+    Raises:
+        ScenarioError: If there is no such variant.
+    """
     from lola_drake.simulation import simulate
 
-    chosen = [in_variant(scenario, variant) for variant in variants]
+    chosen = [override(scenario, {"variant": variant}) for variant in variants]
     return Parallel(n_jobs=jobs)(delayed(simulate)(scenario) for scenario in chosen)
 
 
 def comparison(results: Sequence[Result]) -> dict[str, object]:
     """Return the content of compare.json: every variant, and the second one against the first."""
-    summaries = {result.scenario.variant: result.summary for result in results}
-    first, second, *_ = summaries.values()
+    first, second, *_ = summaries = [result.summary for result in results]
     return {
-        "scenario": results[0].scenario.name,
-        "variants": summaries,
+        "scenario": first["scenario"],
+        "variants": {summary["variant"]: summary for summary in summaries},
         "change_percent": change_percent(first, second),
     }
 
@@ -49,9 +45,16 @@ def comparison(results: Sequence[Result]) -> dict[str, object]:
 def change_percent(first: Summary, second: Summary) -> dict[str, object]:
     """Return by how many percent each compared metric of the second run differs from the first's.
 
-    None where one of them has no value, or the first is zero.
+    None where there is nothing to compare: one of them has no value, the first is zero, or one of
+    the runs ended in a fall, so that they tell of different times.
     """
+    if first["fell"] or second["fell"]:
+        return {metric: _empty(first[metric]) for metric in COMPARED}
     return {metric: _change(first[metric], second[metric]) for metric in COMPARED}
+
+
+def _empty(value: object) -> object:
+    return dict.fromkeys(value) if isinstance(value, Mapping) else None
 
 
 def _change(first: object, second: object) -> object:

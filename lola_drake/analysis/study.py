@@ -11,7 +11,7 @@ from joblib import Parallel, delayed
 
 from lola_drake.paths import models_dir
 from lola_drake.results import ResultError, software_versions
-from lola_drake.scenario import Scenario, dump_scenario
+from lola_drake.scenario import Scenario, differences, dump_scenario
 
 Summary = dict[str, object]
 
@@ -26,21 +26,19 @@ class Study:
     def __init__(self, file: str | Path):
         """Open a file, which need not exist; ResultError if it cannot be used."""
         self.file = Path(file)
-        self._known = {}
         try:
             self.file.parent.mkdir(parents=True, exist_ok=True)
-            self.file.touch()
-            for line in self.file.read_text(encoding="utf-8").splitlines():
-                self._remember(line)
-        except (OSError, UnicodeDecodeError) as error:
-            raise ResultError(f"{self.file}: cannot be used, {error}") from None
-
-    def _remember(self, line: str) -> None:
-        try:
-            record = json.loads(line)
-            self._known[record["key"]] = record["summary"]
-        except (json.JSONDecodeError, KeyError, TypeError):
-            pass  # the last line of a study that was killed while it wrote
+            text = self.file.read_text(encoding="utf-8") if self.file.exists() else ""
+            whole = text[: text.rfind("\n") + 1]
+            if whole != text or not text:
+                # A study that was killed while it wrote leaves a part of a line.
+                self.file.write_text(whole, encoding="utf-8")
+            records = [json.loads(line) for line in whole.splitlines()]
+            self._known = {record["key"]: record["summary"] for record in records}
+        except OSError as error:
+            raise ResultError(f"{self.file}: cannot be used, {error.strerror}") from None
+        except (ValueError, KeyError, TypeError):
+            raise ResultError(f"{self.file}: holds something that is not a study") from None
 
     def run(
         self,
@@ -68,16 +66,17 @@ class Study:
                 delayed(_summary)(key, scenario) for key, scenario in missing.items()
             )
             for key, summary in runs:
-                self._keep(key, summary)
+                self._keep(key, missing[key], summary)
                 done += 1
                 report(done)
         return [self._known[key] for key in keys]
 
-    def _keep(self, key: str, summary: Summary) -> None:
+    def _keep(self, key: str, scenario: Scenario, summary: Summary) -> None:
         if not (summary["completed"] or summary["fell"]):
             raise KeyboardInterrupt
+        record = {"key": key, "scenario": differences(scenario), "summary": summary}
         with self.file.open("a", encoding="utf-8") as file:
-            file.write(json.dumps({"key": key, "summary": summary}, allow_nan=False) + "\n")
+            file.write(json.dumps(record, allow_nan=False) + "\n")
             file.flush()
             os.fsync(file.fileno())
         self._known[key] = summary
