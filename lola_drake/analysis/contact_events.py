@@ -8,11 +8,11 @@ from lola_drake.results import Result
 from lola_drake.signals import CONTACT, FEET, GAIT_PHASE
 
 PUNCTUAL = 0.06
-"""A touchdown counts as early or late from this difference to its planned time on (s)."""
+"""A landing counts as early or late from this difference to its planned time on (s)."""
 
 
 @dataclass(frozen=True)
-class Touchdown:
+class Landing:
     """One landing of a swing foot.
 
     Attributes:
@@ -33,7 +33,7 @@ class Touchdown:
         return "early" if self.measured < self.planned else "late"
 
 
-def touchdowns(result: Result) -> list[Touchdown]:
+def landings(result: Result) -> list[Landing]:
     """Return every landing of a run in the order of time.
 
     The contacts are looked at from the middle of the planned swing on, when the foot has long
@@ -42,7 +42,7 @@ def touchdowns(result: Result) -> list[Touchdown]:
     times, pattern = result.times, result.scenario.pattern
     swing = pattern.step_time - pattern.double_support
     support = result.signals["gait_phase"][:, GAIT_PHASE.slice("support")]
-    landings = []
+    found = []
     for i, foot in enumerate(FEET):
         pads = result.signals["contact"][:, CONTACT.slice(f"pads_{foot}")]
         closing = times[1:][np.diff(pads.any(axis=1).astype(int)) > 0]
@@ -50,5 +50,5 @@ def touchdowns(result: Result) -> list[Touchdown]:
         for lift_off, following in zip(lift_offs, [*lift_offs[1:], np.inf], strict=True):
             candidates = closing[(closing > lift_off + 0.5 * swing) & (closing < following)]
             if len(candidates):
-                landings.append(Touchdown(foot, float(lift_off + swing), float(candidates[0])))
-    return sorted(landings, key=lambda landing: landing.measured)
+                found.append(Landing(foot, float(lift_off + swing), float(candidates[0])))
+    return sorted(found, key=lambda landing: landing.measured)
