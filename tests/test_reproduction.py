@@ -7,9 +7,9 @@ import types
 import numpy as np
 import pytest
 
-from lola_drake.analysis.comparison import COMPARED, change_percent, comparison, run_variants
 from lola_drake.analysis.reproduction import EXPERIMENTS, Outcome, reproduce, reproduction
 from lola_drake.analysis.study import Study
+from lola_drake.analysis.variants import COMPARED, change_percent, comparison, run_variants
 from lola_drake.scenario import Scenario, ScenarioError, differences, override
 
 

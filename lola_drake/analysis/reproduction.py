@@ -10,8 +10,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from lola_drake.analysis.comparison import COMPARED, Summary, change_percent
 from lola_drake.analysis.study import Study
+from lola_drake.analysis.variants import COMPARED, Summary, change_percent
 from lola_drake.analysis.worlds import sample_world
 from lola_drake.results import software_versions
 from lola_drake.scenario import Scenario, load_scenario, override
