@@ -44,7 +44,7 @@ def simulate(
         typer.Option("--set", metavar="KEY=VALUE", help="Change a value; may be repeated."),
     ] = None,
     seed: Annotated[int | None, typer.Option(help="Seed of all random numbers.")] = None,
-    variant: Annotated[str | None, typer.Option(help="ref or dyn.")] = None,
+    variant: Annotated[str | None, typer.Option(help="ref, dyn or original.")] = None,
     output: Annotated[
         Path | None, typer.Option("--output", "-o", help="Folder of the run (runs/SCENARIO).")
     ] = None,
