@@ -14,7 +14,9 @@ _HOME = {
     "build_simulation": "simulation",
     "load_result": "results",
     "load_scenario": "scenario",
+    "save_diagram": "analysis.block_diagram",
     "simulate": "simulation",
+    "write_report": "analysis.pictures",
 }
 
 __all__ = list(_HOME)

@@ -76,6 +76,7 @@ def simulate(
         view = cli_pictures.live_view(chosen, host) if meshcat else None
         with _progress(chosen.name, chosen.duration, show=not quiet) as advance:
             result = run(chosen, progress=advance, attend=view)
+        result = view.signed(result) if view else result
         result.save(folder, force=force)
         cli_pictures.write(result, folder, pictures=pictures, video=video)
     if as_json:

@@ -97,10 +97,10 @@ def test_only_a_slider_that_was_moved_changes_its_gain(diagram, simulator, meshc
     set_gain(diagram, context, find("K_x"), 10.123)  # between two steps of the slider
     panel = Panel(meshcat, steering=False)
     panel.show_gains(diagram, context)
-    panel.apply_gains(diagram, context)
+    assert not panel.apply_gains(diagram, context)
     assert get_gain(diagram, context, find("K_x")) == 10.123
     meshcat.SetSliderValue(find("g_a").label, 0.3)
-    panel.apply_gains(diagram, context)
+    assert panel.apply_gains(diagram, context)
     assert get_gain(diagram, context, find("g_a")) == pytest.approx(0.3)
     assert get_gain(diagram, context, find("K_x")) == 10.123
 
@@ -148,6 +148,13 @@ def test_the_robot_walks_as_the_panel_commands(stand, diagram, simulator, meshca
     footsteps = next_footsteps(stand, state)
     ahead = sorted(place[0] for foot in "lr" for place in footsteps[foot])
     assert ahead == pytest.approx([0.2, 0.4, 0.6])
+
+
+def test_a_run_that_was_changed_by_hand_says_so(stand, meshcat, make_result):
+    view, result = LiveView(stand, meshcat), make_result(stand, steps=0)
+    assert view.signed(result) is result
+    view.interfered = True
+    assert view.signed(result).scenario.description.endswith("(Changed by hand while it ran.)")
 
 
 def test_nothing_is_planned_while_standing(stand):

@@ -90,13 +90,15 @@ class Panel:
             # The slider rounds: only what a user moves away from here counts.
             self._gains[gain.label] = self._meshcat.AddSlider(*slider)
 
-    def apply_gains(self, diagram: Diagram, context: Context) -> None:
-        """Give the context the gains whose sliders have been moved."""
+    def apply_gains(self, diagram: Diagram, context: Context) -> bool:
+        """Give the context the gains whose sliders have been moved; return whether any has."""
+        moved = False
         for gain in GAINS:
             value = self._meshcat.GetSliderValue(gain.label)
             if value != self._gains[gain.label]:
                 set_gain(diagram, context, gain, value)
-                self._gains[gain.label] = value
+                self._gains[gain.label], moved = value, True
+        return moved
 
     def clicked(self, name: str) -> bool:
         """Return whether a button was clicked since the last time this was asked."""

@@ -250,5 +250,6 @@ def field_lines(signal: Signal) -> list[str]:
     for field in signal.fields:
         entries = " ".join(filter(None, (field.name, *field.entries)))
         frame = f", in {field.frame}" if field.frame else ""
-        lines.append(f"{entries} ({field.unit}{frame})")
+        units = ", ".join(dict.fromkeys(field.units))
+        lines.append(f"{entries} ({units}{frame})")
     return lines
