@@ -29,7 +29,7 @@ from lola_drake.signals import DESIRED_WRENCH, JOINT_COMMAND, JOINTS, TASK_COMMA
 _N = len(JOINTS)
 _PRESCRIBED = [JOINT_INDEX[name] for name in ("tzfl", "tzfr", "tvp", "tvt")]
 _TOES, _TOE_RATES = TASK_REFERENCE.slice("toes"), TASK_REFERENCE.slice("toe_rates")
-_WRENCH_ROWS = np.concatenate([FORCE_CONTROLLED, FOOT_TASK + FORCE_CONTROLLED])
+_WRENCH_ROWS = [first + i for first in (0, FOOT_TASK) for i in FORCE_CONTROLLED.tolist()]
 
 
 @dataclass(frozen=True)
