@@ -28,7 +28,7 @@ from lola_drake.signals import DESIRED_WRENCH, JOINT_COMMAND, JOINTS, TASK_COMMA
 _N = len(JOINTS)
 _PRESCRIBED = [JOINT_INDEX[name] for name in ("tzfl", "tzfr", "tvp", "tvt")]
 _TOES, _TOE_RATES = TASK_REFERENCE.slice("toes"), TASK_REFERENCE.slice("toe_rates")
-_WRENCH_ROWS = [first + i for first in (0, FOOT_TASK) for i in FORCE_CONTROLLED]
+_WRENCH_ROWS = np.array([first + i for first in (0, FOOT_TASK) for i in FORCE_CONTROLLED])
 
 
 @dataclass(frozen=True)
@@ -159,20 +159,23 @@ class InverseKinematics(LeafSystem):
 
     def _calc(self, context, output):
         q = context.get_discrete_state_vector().value()
-        left, right = (port.Eval(context) for port in self._commands)
+        left, right = (port.Eval(context).tolist() for port in self._commands)
         kinematics, params = self._kinematics, self._params
         kinematics.update(q)
-        w = np.concatenate([left[:6], right[:6]])
-        w_dot = np.concatenate([left[6:], right[6:]])
+        w, w_dot = left[:6] + right[:6], left[6:] + right[6:]
         correction = params.drift_correction / self._period
         wish = null_space_motion(
             q, self._comfort, self._lower, self._upper, params.comfort_gain, params.limit_gain
         )
         for joint, rate in self._prescribed_rates(context, q, correction):
             wish[joint] = rate
+        task_rates = [
+            rate + correction * (wanted - actual)
+            for rate, wanted, actual in zip(w_dot, w, kinematics.w.tolist(), strict=True)
+        ]
         rates = resolve_rates(
             kinematics.jacobian,
-            w_dot + correction * (w - kinematics.w),
+            np.array(task_rates),
             self._mobility,
             wish,
             self._damping,
