@@ -25,7 +25,7 @@ from pydrake.multibody.plant import (
     MultibodyPlantConfig,
 )
 from pydrake.systems.analysis import Simulator
-from pydrake.systems.framework import Diagram, DiagramBuilder
+from pydrake.systems.framework import Context, Diagram, DiagramBuilder
 from pydrake.systems.primitives import (
     ConstantVectorSource,
     Multiplexer,
@@ -239,8 +239,14 @@ def _log_ports(controller, plant, command, *sensors) -> dict:
     } | ports
 
 
+Attend = Callable[[Diagram, Context], float | None]
+
+
 def simulate(
-    scenario: Scenario, progress: Callable[[float], None] | None = None, chunk: float = 0.02
+    scenario: Scenario,
+    progress: Callable[[float], None] | None = None,
+    chunk: float = 0.02,
+    attend: Attend | None = None,
 ) -> Result:
     """Run a scenario to its end, a fall, or Ctrl-C, and return everything that was recorded.
 
@@ -248,20 +254,23 @@ def simulate(
         scenario: what to run.
         progress: called with the simulated time (s) every `chunk` seconds.
         chunk: how often a fall, an interruption and the progress are looked at (s).
+        attend: called with the diagram and its context, which it may change; returns by how much
+            to go on until the next call (s), 0 to wait, or None to end the run.
     """
     diagram = build_simulation(scenario)
     simulator = Simulator(diagram)
     plant = diagram.GetSubsystemByName("plant")
-    context = simulator.get_context()
+    context = simulator.get_mutable_context()
     plant_context = plant.GetMyContextFromRoot(context)
     fell, started = False, time.perf_counter()
     with _interruption() as interrupted:
         simulator.Initialize()
         while not (fell or interrupted.is_set()):
             now = context.get_time()
-            if now >= scenario.duration - 0.5 * PERIOD:
+            step = chunk if attend is None else attend(diagram, context)
+            if step is None or now >= scenario.duration - 0.5 * PERIOD:
                 break
-            simulator.AdvanceTo(min(now + chunk, scenario.duration))
+            simulator.AdvanceTo(min(now + step, scenario.duration))
             fell = has_fallen(plant.GetPositions(plant_context))
             if progress is not None:
                 progress(context.get_time())
@@ -323,19 +332,25 @@ def plant_truth(plant: MultibodyPlant, states: np.ndarray) -> dict[str, np.ndarr
         "foot_pose_r": plant.GetFrameByName("tcp_r"),
     }
     robot = [plant.GetModelInstanceByName("lola")]
-    poses = {name: np.empty((len(states), 6)) for name in frames}
+    poses = {name: np.empty((len(states), 3, 4)) for name in frames}
     com = np.empty((len(states), 3))
     for k, q in enumerate(states[:, : plant.num_positions()]):
         plant.SetPositions(context, q)
         com[k] = plant.CalcCenterOfMassPositionInWorld(context, robot)
         for name, frame in frames.items():
-            pose = frame.CalcPoseInWorld(context)
-            poses[name][k, :3] = pose.translation()
-            poses[name][k, 3:] = RollPitchYaw(pose.rotation()).vector()
+            poses[name][k] = frame.CalcPoseInWorld(context).GetAsMatrix34()
     joints = slice(7, plant.num_positions())
     rates = slice(plant.num_positions() + 6, plant.num_multibody_states())
-    return poses | {
+    return {name: _position_rpy(pose) for name, pose in poses.items()} | {
         "com_position": com,
         "joint_position": states[:, joints],
         "joint_velocity": states[:, rates],
     }
+
+
+def _position_rpy(poses: np.ndarray) -> np.ndarray:
+    """Return x, y, z (m), roll, pitch, yaw (rad) of poses [R p] of shape (n, 3, 4)."""
+    roll = np.arctan2(poses[:, 2, 1], poses[:, 2, 2])
+    pitch = np.arctan2(-poses[:, 2, 0], np.hypot(poses[:, 0, 0], poses[:, 1, 0]))
+    yaw = np.arctan2(poses[:, 1, 0], poses[:, 0, 0])
+    return np.column_stack([poses[:, :, 3], roll, pitch, yaw])
