@@ -134,19 +134,25 @@ def plant_truth(plant: MultibodyPlant, states: np.ndarray) -> dict[str, np.ndarr
         "foot_pose_r": plant.GetFrameByName("tcp_r"),
     }
     robot = [plant.GetModelInstanceByName("lola")]
-    poses = {name: np.empty((len(states), 6)) for name in frames}
+    poses = {name: np.empty((len(states), 3, 4)) for name in frames}
     com = np.empty((len(states), 3))
     for k, q in enumerate(states[:, : plant.num_positions()]):
         plant.SetPositions(context, q)
         com[k] = plant.CalcCenterOfMassPositionInWorld(context, robot)
         for name, frame in frames.items():
-            pose = frame.CalcPoseInWorld(context)
-            poses[name][k, :3] = pose.translation()
-            poses[name][k, 3:] = RollPitchYaw(pose.rotation()).vector()
+            poses[name][k] = frame.CalcPoseInWorld(context).GetAsMatrix34()
     joints = slice(7, plant.num_positions())
     rates = slice(plant.num_positions() + 6, plant.num_multibody_states())
-    return poses | {
+    return {name: _position_rpy(pose) for name, pose in poses.items()} | {
         "com_position": com,
         "joint_position": states[:, joints],
         "joint_velocity": states[:, rates],
     }
+
+
+def _position_rpy(poses: np.ndarray) -> np.ndarray:
+    """Return x, y, z (m), roll, pitch, yaw (rad) of poses [R p] of shape (n, 3, 4)."""
+    roll = np.arctan2(poses[:, 2, 1], poses[:, 2, 2])
+    pitch = np.arctan2(-poses[:, 2, 0], np.hypot(poses[:, 0, 0], poses[:, 1, 0]))
+    yaw = np.arctan2(poses[:, 1, 0], poses[:, 0, 0])
+    return np.column_stack([poses[:, :, 3], roll, pitch, yaw])
