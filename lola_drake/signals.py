@@ -9,6 +9,9 @@ Feet are always ordered left, right.
 
 from dataclasses import dataclass
 
+PERIOD = 0.001
+"""The control period (s), as on LOLA (paper)."""
+
 FEET = ("l", "r")
 
 

@@ -1,11 +1,17 @@
 """One scenario in several variants, side by side."""
 
+import json
 from collections.abc import Mapping, Sequence
+from pathlib import Path
 
 from joblib import Parallel, delayed
 
-from lola_drake.results import Result
+from lola_drake.analysis.variants_figure import save_variants_figure
+from lola_drake.results import Result, whole_folder
 from lola_drake.scenario import Scenario, override
+
+COMPARISON = "compare.json"
+COMPARISON_FILES = frozenset({COMPARISON})
 
 COMPARED = (
     "max_inclination_deg",
@@ -63,3 +69,22 @@ def _change(first: object, second: object) -> object:
     if first is None or second is None or first == 0:
         return None
     return 100.0 * (second - first) / first
+
+
+def write_comparison(results: Sequence[Result], folder: str | Path, *, force: bool = False) -> None:
+    """Write compare.json, the figure and every run into a folder, wholly or not at all.
+
+    Args:
+        results: the runs, of different variants.
+        folder: must not hold anything, unless `force`.
+        force: replace the comparison that the folder holds.
+
+    Raises:
+        ResultError: If the folder cannot be used or written; it is then as it was.
+    """
+    with whole_folder(folder, force=force, files=COMPARISON_FILES, what="comparison") as partial:
+        for result in results:
+            result.save(partial / result.scenario.variant)
+        text = json.dumps(comparison(results), indent=2, allow_nan=False)
+        (partial / COMPARISON).write_text(text + "\n", encoding="utf-8")
+        save_variants_figure(results, partial)
