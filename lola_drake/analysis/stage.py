@@ -17,8 +17,8 @@ from pydrake.math import RigidTransform, RollPitchYaw
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.systems.framework import DiagramBuilder
 
+from lola_drake.plant import add_plant
 from lola_drake.scenario import Scenario
-from lola_drake.simulation import add_plant
 
 # Who wants to look is told where by the command; a page that is made needs no such message.
 logging.getLogger("drake").addFilter(lambda record: "listening" not in record.getMessage())
