@@ -73,8 +73,9 @@ def reproduce(
 
     A study that was stopped goes on where it was when it is started again.
     """
+    from lola_drake.analysis.figures import save_figure
     from lola_drake.analysis.reproduction import EXPERIMENTS, reproduction, run_experiments
-    from lola_drake.analysis.reproduction_figure import save_reproduction_figure
+    from lola_drake.analysis.reproduction_figure import reproduction_figure
     from lola_drake.analysis.study import Study, write_json
     from lola_drake.analysis.tables import reproduction_table
 
@@ -86,7 +87,7 @@ def reproduce(
             outcomes = run_experiments(study, samples, jobs, advance)
         content = reproduction(outcomes)
         write_json(content, folder / "reproduction.json")
-        save_reproduction_figure(outcomes, folder)
+        save_figure(reproduction_figure(outcomes), folder, "reproduction")
     if as_json:
         print(json.dumps(content, indent=2))
         return

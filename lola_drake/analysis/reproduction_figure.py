@@ -1,14 +1,13 @@
 """The paired differences of all experiments: every world a dot."""
 
 from collections.abc import Sequence
-from pathlib import Path
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 
 from lola_drake.analysis.figure_style import FAINT, INK, LEFT, RIGHT, look
-from lola_drake.analysis.picture_file import whole_file
 from lola_drake.analysis.reproduction import Outcome, median, quartiles
 
 WIDTH, ROW = 7.0, 1.75
@@ -21,16 +20,30 @@ ENTRIES = (
     ("rms_torque_error_Nm", "y", "RMS $e_{T_y}$"),
 )
 
+WORLD = {"marker": "o", "color": LEFT, "ms": 3, "alpha": 0.6, "mec": "none"}
+MEDIAN = {"marker": "|", "color": INK, "ms": 13, "mew": 1.6}
+PAPER = {"marker": "D", "color": RIGHT, "ms": 5}
+LEGEND = [
+    Line2D([], [], ls="none", label=label, **style)
+    for label, style in (("world", WORLD), ("median, quartiles", MEDIAN), ("paper", PAPER))
+]
+
 
 def reproduction_figure(outcomes: Sequence[Outcome]) -> Figure:
     """Return, for each experiment, the inclination in both variants and the paired changes."""
-    figure = Figure(figsize=(WIDTH, ROW * len(outcomes) + 0.5), layout="constrained")
+    with look():
+        figure = Figure(figsize=(WIDTH, ROW * len(outcomes) + 0.5), layout="constrained")
+        _draw(figure, outcomes)
+    return figure
+
+
+def _draw(figure: Figure, outcomes: Sequence[Outcome]) -> None:
     axes = figure.subplots(len(outcomes), 2, width_ratios=(1.0, 1.7), squeeze=False)
     for (pairs, changes), outcome in zip(axes, outcomes, strict=True):
         _draw_pairs(pairs, outcome)
         _draw_changes(changes, outcome)
     axes[-1, 1].set_xlabel("change in the same world (%)")
-    return figure
+    axes[0, 1].legend(handles=LEGEND, loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=3)
 
 
 def _draw_pairs(ax: Axes, outcome: Outcome) -> None:
@@ -38,7 +51,7 @@ def _draw_pairs(ax: Axes, outcome: Outcome) -> None:
     values = np.array([[_inclination(summary) for summary in pair] for pair in outcome.pairs])
     top = 1.25 * np.nanmax(values, initial=1.0)
     for pair in np.nan_to_num(values, nan=1.1 * top):
-        ax.plot([0, 1], pair, "o-", color=LEFT, ms=3, lw=0.7, alpha=0.6, mec="none")
+        ax.plot([0, 1], pair, lw=0.7, **WORLD)
     names = [f"{name}\n{fallen} fell" for name, fallen in outcome.falls().items()]
     ax.set(xlim=(-0.3, 1.3), ylim=(0.0, top), xticks=[0, 1], xticklabels=names)
     ax.set_ylabel("inclination (°)")
@@ -57,26 +70,16 @@ def _draw_changes(ax: Axes, outcome: Outcome) -> None:
     for row, (metric, axis, _) in enumerate(ENTRIES):
         changes = outcome.changes(metric, axis)
         if len(changes):
-            spread = 0.3 * (np.arange(len(changes)) % 5 - 2) / 2 if len(changes) > 1 else 0.0
-            ax.plot(changes, row + spread, "o", color=LEFT, ms=3, alpha=0.6, mec="none")
+            spread = 0.15 * (np.arange(len(changes)) % 5 - 2) if len(changes) > 1 else 0.0
+            ax.plot(changes, np.full(len(changes), row) + spread, ls="none", **WORLD)
             ax.plot(quartiles(changes), [row, row], color=INK, lw=3.5, alpha=0.35)
-            ax.plot(median(changes), row, "|", color=INK, ms=13, mew=1.6)
+            ax.plot(median(changes), row, **MEDIAN)
         reported = outcome.experiment.paper.get(metric, {}).get(axis)
         if reported is not None:
-            ax.plot(reported, row, "D", color=RIGHT, ms=5)
+            ax.plot(reported, row, **PAPER)
+    if not len(changes):
+        ax.text(0.5, 0.5, "in no world both stay up", transform=ax.transAxes, ha="center")
     low, high = ax.get_xlim()
     ax.set(ylim=(len(ENTRIES) - 0.5, -0.5), xlim=(min(low, -10.0), max(high, 10.0)))
     ax.set_yticks(range(len(ENTRIES)), [label for *_, label in ENTRIES])
     ax.grid(axis="y", visible=False)
-
-
-def save_reproduction_figure(outcomes: Sequence[Outcome], folder: str | Path) -> list[Path]:
-    """Write the figure as SVG and PNG into a folder; return the files."""
-    paths = []
-    with look():
-        figure = reproduction_figure(outcomes)
-        for ending, options in ((".svg", {"metadata": {"Date": None}}), (".png", {"dpi": 200})):
-            paths.append(Path(folder) / f"reproduction{ending}")
-            with whole_file(paths[-1]) as file:
-                figure.savefig(file, **options)
-    return paths

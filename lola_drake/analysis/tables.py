@@ -1,13 +1,18 @@
 """What the studies print: tables of comparisons, of the reproduction, and of a search for gains."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 
 from rich.table import Table
 
 from lola_drake.analysis.variants import COMPARED
 
-SHOWN = ("max_inclination_deg", "rms_torque_error_Nm")
-"""The metrics of which the paper gives figures."""
+SHOWN = (
+    ("max_inclination_deg", "x", "max |φ_x|"),
+    ("max_inclination_deg", "y", "max |φ_y|"),
+    ("rms_torque_error_Nm", "x", "RMS e_Tx"),
+    ("rms_torque_error_Nm", "y", "RMS e_Ty"),
+)
+"""The metrics of which the paper gives figures: name, axis, and the paper's symbol."""
 
 
 def comparison_table(content: Mapping) -> Table:
@@ -15,14 +20,14 @@ def comparison_table(content: Mapping) -> Table:
     variants, change = content["variants"], content["change_percent"]
     table = Table(title=content["scenario"])
     table.add_column("")
-    for name in (*variants, "change"):
+    for name in (*variants, "change (%)"):
         table.add_column(name, justify="right")
     falls = [summary["fall_time_s"] for summary in variants.values()]
     table.add_row("fell", *("no" if time is None else f"at {time:.2f} s" for time in falls), "")
     for metric in COMPARED:
         for axis in _axes(change[metric]):
             values = (number(_entry(summary[metric], axis)) for summary in variants.values())
-            table.add_row(_name(metric, axis), *values, percent(_entry(change[metric], axis)))
+            table.add_row(_name(metric, axis), *values, signed(_entry(change[metric], axis)))
     for kind in next(iter(variants.values()))["steps_beyond_limits"]:
         counts = (str(summary["steps_beyond_limits"][kind]) for summary in variants.values())
         table.add_row(f"steps at the limit of {kind.replace('_', ' ')}", *counts, "")
@@ -31,35 +36,29 @@ def comparison_table(content: Mapping) -> Table:
 
 def reproduction_table(content: Mapping) -> Table:
     """Return the content of reproduction.json as a table, paper against simulation."""
-    table = Table(title="The paper's experiments: change of the second variant against the first")
-    for name in ("experiment", "change of"):
-        table.add_column(name)
-    for name in ("paper", "here", "quartiles", "falls"):
+    sampled = any(experiment["worlds"] > 1 for experiment in content["experiments"].values())
+    table = Table(title="Change of the second variant against the first (%)", title_justify="left")
+    table.add_column("")
+    for name in ("paper", "median", "quartiles") if sampled else ("paper", "here"):
         table.add_column(name, justify="right")
     for name, experiment in content["experiments"].items():
-        for i, cells in enumerate(_change_rows(experiment)):
-            first, second = experiment["variants"]
-            heading = (f"{name}: {first} → {second}", *cells, _falls(experiment))
-            table.add_row(*(heading if i == 0 else ("", *cells, "")))
-        table.add_section()
-    return table
-
-
-def _change_rows(experiment: Mapping) -> Iterator[tuple[str, str, str, str]]:
-    for metric in SHOWN:
-        for axis in "xy":
+        first, second = experiment["variants"]
+        table.add_row(f"[bold]{name}[/bold]: {first}, {second}")
+        for metric, axis, symbol in SHOWN:
+            paper = experiment["paper"].get(metric, {}).get(axis)
+            change = experiment["median_change_percent"][metric][axis]
             spread = experiment["quartiles"][metric][axis]
-            yield (
-                _name(metric, axis),
-                percent(experiment["paper"].get(metric, {}).get(axis), digits=0),
-                percent(experiment["median_change_percent"][metric][axis]),
-                "-" if spread is None else f"{spread[0]:+.1f} … {spread[1]:+.1f}",
-            )
+            cells = [signed(paper, digits=0), signed(change)]
+            if sampled:
+                cells.append("-" if spread is None else " … ".join(map(signed, spread)))
+            table.add_row(f"  {symbol}", *cells)
+        table.add_row(f"  falls: {_falls(experiment)}", end_section=True)
+    return table
 
 
 def _falls(experiment: Mapping) -> str:
     worlds = experiment["worlds"]
-    return ", ".join(f"{name} {count}/{worlds}" for name, count in experiment["falls"].items())
+    return ", ".join(f"{name} {count} of {worlds}" for name, count in experiment["falls"].items())
 
 
 def tuning_table(content: Mapping) -> Table:
@@ -83,9 +82,9 @@ def number(value: float | None) -> str:
     return "-" if value is None else f"{value:.4g}"
 
 
-def percent(value: float | None, digits: int = 1) -> str:
+def signed(value: float | None, digits: int = 1) -> str:
     """Return a change with its sign; a dash for none."""
-    return "-" if value is None else f"{value:+.{digits}f} %"
+    return "-" if value is None else f"{value:+.{digits}f}"
 
 
 def _axes(value: object) -> list[str | None]:

@@ -6,9 +6,10 @@ from pathlib import Path
 
 from joblib import Parallel, delayed
 
-from lola_drake.analysis.variants_figure import save_variants_figure
+from lola_drake.analysis.figures import save_figure
+from lola_drake.analysis.variants_figure import variants_figure
 from lola_drake.results import Result, whole_folder
-from lola_drake.scenario import Scenario, override
+from lola_drake.scenario import Scenario, ScenarioError, override
 
 COMPARISON = "compare.json"
 COMPARISON_FILES = frozenset({COMPARISON})
@@ -30,10 +31,12 @@ def run_variants(scenario: Scenario, variants: Sequence[str], jobs: int = 2) -> 
     """Return the runs of a scenario in every variant; several run at a time.
 
     Raises:
-        ScenarioError: If there is no such variant.
+        ScenarioError: If there are not at least two variants, or there is no such one.
     """
     from lola_drake.simulation import simulate
 
+    if len(set(variants)) < max(2, len(variants)):
+        raise ScenarioError(f"variants {', '.join(variants)}: at least two, all different")
     chosen = [override(scenario, {"variant": variant}) for variant in variants]
     return Parallel(n_jobs=jobs)(delayed(simulate)(scenario) for scenario in chosen)
 
@@ -87,4 +90,4 @@ def write_comparison(results: Sequence[Result], folder: str | Path, *, force: bo
             result.save(partial / result.scenario.variant)
         text = json.dumps(comparison(results), indent=2, allow_nan=False)
         (partial / COMPARISON).write_text(text + "\n", encoding="utf-8")
-        save_variants_figure(results, partial)
+        save_figure(variants_figure(results), partial, "comparison")

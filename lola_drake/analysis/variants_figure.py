@@ -1,7 +1,6 @@
 """Variants of one scenario over time, as in the paper's Fig. 6 and 7."""
 
 from collections.abc import Sequence
-from pathlib import Path
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -10,7 +9,6 @@ from matplotlib.figure import Figure
 from lola_drake.analysis.comparison import RUN_COLOURS
 from lola_drake.analysis.contact_events import Landing, landings
 from lola_drake.analysis.figure_style import DASHED, FAINT, FOOT_NAMES, NOISE, look, plot
-from lola_drake.analysis.picture_file import whole_file
 from lola_drake.logged import COM_POSITION
 from lola_drake.metrics import inclination_deg, vertical_acceleration
 from lola_drake.results import Result
@@ -38,7 +36,13 @@ def variants_figure(results: Sequence[Result]) -> Figure:
     Around contacts that come early or late; all of a run in which there are none. Where somebody
     falls, the axes are those of the others.
     """
-    figure = Figure(figsize=SIZE, layout="constrained")
+    with look():
+        figure = Figure(figsize=SIZE, layout="constrained")
+        _draw(figure, results)
+    return figure
+
+
+def _draw(figure: Figure, results: Sequence[Result]) -> None:
     axes = figure.subplots(len(ROWS), 1, sharex=True)
     for result, colour, style in zip(results, RUN_COLOURS, STYLES, strict=False):
         name, fall_time = result.scenario.variant, result.fall_time
@@ -58,7 +62,6 @@ def variants_figure(results: Sequence[Result]) -> Figure:
             low, high = min(map(np.min, curves)), max(map(np.max, curves))
             ax.set_ylim(low - 0.3 * (high - low), high + 0.3 * (high - low))
     figure.align_ylabels(axes)
-    return figure
 
 
 def _curves(result: Result) -> list[np.ndarray]:
@@ -97,15 +100,3 @@ def _mark(axes: Sequence[Axes], unexpected: Sequence[Sequence[Landing]]) -> None
             va="bottom",
             fontsize=7.5,
         )
-
-
-def save_variants_figure(results: Sequence[Result], folder: str | Path) -> list[Path]:
-    """Write the figure as SVG and PNG into a folder; return the files."""
-    paths = []
-    with look():
-        figure = variants_figure(results)
-        for ending, options in ((".svg", {"metadata": {"Date": None}}), (".png", {"dpi": 200})):
-            paths.append(Path(folder) / f"comparison{ending}")
-            with whole_file(paths[-1]) as file:
-                figure.savefig(file, **options)
-    return paths
