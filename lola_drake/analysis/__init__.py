@@ -1,0 +1,1 @@
+"""What looks at a simulation or its record: pictures, figures, replays, reports."""
