@@ -1,6 +1,7 @@
 """The blocks of a system cut apart: each with its inputs fixed, in a copy of a context."""
 
-from dataclasses import dataclass
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
 
 import numpy as np
 from pydrake.common.value import Value
@@ -26,37 +27,40 @@ class Instance:
     owner: object = None
 
 
+@dataclass(frozen=True)
 class CutBlocks:
     """Every block of a system with its inputs fixed to what they are in a context.
 
-    The copy's time is the context's, so that noise and plans are what they are in that tick.
-
     Attributes:
         wiring: the blocks and their connections.
-        instances: the blocks with their contexts in the copy.
+        instances: the blocks with their contexts.
         inputs: the fixed values.
+        time: of the contexts (s).
     """
 
-    def __init__(self, wiring: Wiring, context: Context):
-        """Cut the blocks; `context`, of the system or of a diagram around it, stays as it is."""
-        self.wiring = wiring
-        with drake_errors("not a context of this system"):
-            root = context.Clone()
-            self.instances = {
-                path: Instance(block, own_context(block, root), root)
-                for path, block in wiring.blocks.items()
-            }
-            originals = {path: own_context(block, context) for path, block in wiring.blocks.items()}
-        self.inputs: dict[Target, np.ndarray] = {}
-        for path, block in wiring.blocks.items():
-            for i in range(block.num_input_ports()):
-                port = block.get_input_port(i)
-                if is_vector(port) and port.HasValue(originals[path]):
-                    with drake_errors(f"{path}.{port.get_name()} cannot be evaluated"):
-                        self.inputs[Target(path, i)] = read_port(port, originals[path])
-        for target, value in self.inputs.items():
-            instance = self.instances[target.block]
-            fix_port(instance.system.get_input_port(target.index), instance.context, value)
+    wiring: Wiring
+    instances: dict[str, Instance]
+    inputs: dict[Target, np.ndarray]
+    time: float
+
+    def with_blocks(self, changed: System, paths: Iterable[str]) -> "CutBlocks":
+        """Return the same, with some blocks as they are in a system with other parameters.
+
+        They get the present inputs and states. A delay line that is longer or shorter there is
+        filled with what it holds, which is right in an equilibrium.
+        """
+        blocks, instances = Wiring(changed).blocks, dict(self.instances)
+        for path in paths:
+            context = blocks[path].CreateDefaultContext()
+            context.SetTime(self.time)
+            size = discrete_state(context).size
+            state = discrete_state(self.instances[path].context)
+            set_discrete_state(context, np.resize(state, size))
+            instances[path] = Instance(blocks[path], context, changed)
+            for target, value in self.inputs.items():
+                if target.block == path:
+                    fix_port(blocks[path].get_input_port(target.index), context, value)
+        return replace(self, instances=instances)
 
     def check(self, path: str) -> None:
         """Raise AnalysisError if a block is not a discrete system with one period."""
@@ -77,6 +81,33 @@ class CutBlocks:
         """Return the period of a block's discrete update (s), None if it has none or several."""
         timing = self.instances[path].system.GetUniquePeriodicDiscreteUpdateAttribute()
         return timing.period_sec() if timing else None
+
+
+def cut_blocks(wiring: Wiring, context: Context) -> CutBlocks:
+    """Return the blocks cut apart in a copy of a context.
+
+    The copy's time is the context's, so that noise and plans are what they are in that tick.
+
+    Args:
+        wiring: of the system.
+        context: of the system or of a diagram around it; it stays as it is.
+    """
+    blocks, root = wiring.blocks, context.Clone()
+    with drake_errors("not a context of this system"):
+        originals = {path: own_context(block, context) for path, block in blocks.items()}
+        copies = {path: own_context(block, root) for path, block in blocks.items()}
+    inputs = {}
+    for path, block in blocks.items():
+        for i in range(block.num_input_ports()):
+            port = block.get_input_port(i)
+            if is_vector(port) and port.HasValue(originals[path]):
+                with drake_errors(f"{path}.{port.get_name()} cannot be evaluated"):
+                    inputs[Target(path, i)] = read_port(port, originals[path])
+    for target, value in inputs.items():
+        port = blocks[target.block].get_input_port(target.index)
+        fix_port(port, copies[target.block], value)
+    instances = {path: Instance(block, copies[path], root) for path, block in blocks.items()}
+    return CutBlocks(wiring, instances, inputs, context.get_time())
 
 
 def own_context(block: System, root: Context) -> Context:

@@ -11,16 +11,24 @@ _SIGNALS = {s.name: s for s in vars(signals).values() if isinstance(s, Signal)}
 _SWITCH_UNITS = ("0/1", "-1/0/1")
 _FORCE = ("T.x", "T.y", "T.z", "F.x", "F.y", "F.z")
 
+_FORCE_UNITS, _FORCE_SCALE = ("N", "Nm", "Nm, N"), 100.0
+
+
+def _sample(signal: Signal, size: int | None = None) -> tuple[tuple[str, str], ...]:
+    return tuple(zip(signal.entry_names(), signal.entry_units(), strict=True))[:size]
+
+
 _STATES = {
-    "ComDynamics": signals.COM_DYNAMICS_RATE.entry_names(),
-    "FootForceSensor": signals.MEASURED_WRENCH.entry_names(),
-    "ForceDistribution": signals.DESIRED_WRENCH.entry_names()[:6],
-    "HybridForceControl": signals.TASK_MODIFICATION.entry_names()[:3],
-    "Imu": signals.TORSO_ORIENTATION.entry_names(),
-    "InverseKinematics": tuple(f"q.{joint}" for joint in JOINTS),
-    "JointServos": signals.JOINT_COMMAND.entry_names(),
+    "ComDynamics": _sample(signals.COM_DYNAMICS_RATE),
+    "ContactSwitches": _sample(signals.CONTACT) + _sample(signals.GROUND_FORCE),
+    "FootForceSensor": _sample(signals.MEASURED_WRENCH),
+    "ForceDistribution": _sample(signals.DESIRED_WRENCH, 6),
+    "HybridForceControl": _sample(signals.TASK_MODIFICATION, 3),
+    "Imu": _sample(signals.TORSO_ORIENTATION),
+    "InverseKinematics": tuple((f"q.{joint}", "rad") for joint in JOINTS),
+    "JointServos": _sample(signals.JOINT_COMMAND),
 }
-"""What one sample of a block's state holds; a delay line holds several, the newest first."""
+"""Name and unit of what one sample of a block's state holds; a delay line holds several."""
 
 
 def signal_of(port: InputPort | OutputPort) -> Signal | None:
@@ -68,13 +76,28 @@ def state_names(system: System, size: int) -> tuple[str, ...]:
     if isinstance(system, MultibodyPlant):
         names = (*_positions(system), *_velocities(system))
         return tuple(n.replace("_q", "_rot_") for n in names if not n.endswith("_qw"))
+    lines = _lines(system, size)
+    return tuple(
+        f"{name}@{line + 1}" if len(lines) > 1 else name
+        for line, sample in enumerate(lines)
+        for name, _ in sample
+    )
+
+
+def state_scales(system: System, size: int) -> np.ndarray:
+    """Return what is a lot for each coordinate: 100 N and Nm, 1 of everything else."""
+    if isinstance(system, MultibodyPlant):
+        return np.ones(size)
+    units = [unit for sample in _lines(system, size) for _, unit in sample]
+    return np.array([_FORCE_SCALE if unit in _FORCE_UNITS else 1.0 for unit in units])
+
+
+def _lines(system: System, size: int) -> list[tuple[tuple[str, str], ...]]:
+    """Return names and units of a block's state, sample by sample, the newest first."""
     sample = _STATES.get(type(system).__name__, ())
     if not sample or size % len(sample):
-        return tuple(f"x{i}" for i in range(size))
-    lines = size // len(sample)
-    return tuple(
-        f"{name}@{line + 1}" if lines > 1 else name for line in range(lines) for name in sample
-    )
+        return [tuple((f"x{i}", "") for i in range(size))]
+    return [sample] * (size // len(sample))
 
 
 def _plant_entries(plant: MultibodyPlant, port: InputPort | OutputPort) -> tuple[str, ...]:

@@ -4,13 +4,15 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from pydrake.systems.framework import Context, System
+from pydrake.systems.framework import System
 from scipy.linalg import block_diag
 
 from lola_drake.analysis.linear.block_jacobian import BlockJacobian, block_jacobian
 from lola_drake.analysis.linear.cut_blocks import CutBlocks
+from lola_drake.analysis.linear.entries import state_scales
 from lola_drake.analysis.linear.errors import AnalysisError
 from lola_drake.analysis.linear.wiring import Selection, Source, Target, Wiring
+
 
 @dataclass(frozen=True)
 class StateSelection:
@@ -40,16 +42,21 @@ class LinearBlocks:
     """Every moving block's Jacobian.
 
     Attributes:
-        wiring: all blocks and their connections.
+        cut: all blocks, at the operating point.
         jacobians: of the groups of blocks that move.
         held: paths of the blocks that are held.
         period: of all blocks (s), None if none has state.
     """
 
-    wiring: Wiring
+    cut: CutBlocks
     jacobians: tuple[BlockJacobian, ...]
     held: tuple[str, ...]
     period: float | None
+
+    @property
+    def wiring(self) -> Wiring:
+        """Return all blocks and their connections."""
+        return self.cut.wiring
 
     @property
     def state_names(self) -> list[str]:
@@ -63,8 +70,30 @@ class LinearBlocks:
 
     @property
     def drift(self) -> np.ndarray:
-        """Return by how much every state moves in this tick."""
+        """Return by how much every state moves in this tick (SI units)."""
         return np.concatenate([np.zeros(0), *(jacobian.drift for jacobian in self.jacobians)])
+
+    @property
+    def scales(self) -> np.ndarray:
+        """Return what is a lot for every state, see `entries.state_scales`."""
+        return np.concatenate(
+            [
+                state_scales(self.wiring.blocks[path], len(names))
+                for jacobian in self.jacobians
+                for path, names in jacobian.states.items()
+            ]
+            or [np.zeros(0)]
+        )
+
+    def check_equilibrium(self, allowed: float) -> None:
+        """Raise AnalysisError if a state moves in this tick by more than a part of its scale."""
+        relative = np.abs(self.drift / self.scales)
+        if relative.max(initial=0.0) > allowed:
+            worst = int(relative.argmax())
+            raise AnalysisError(
+                f"not an equilibrium: {self.state_names[worst]} drifts by "
+                f"{self.drift[worst]:.1e} in one tick"
+            )
 
     def select(self, name: str) -> Selection | StateSelection:
         """Return what a name means as an output: entries of a signal, or else a state."""
@@ -77,22 +106,21 @@ class LinearBlocks:
                 raise
             return StateSelection(ends[0], (label,))
 
-    def changed(self, system: System, context: Context, paths: Iterable[str]) -> "LinearBlocks":
-        """Return the same, with some blocks as they are in another context or another diagram.
+    def with_blocks(self, changed: System, names: Iterable[str]) -> "LinearBlocks":
+        """Return the same, with some blocks as they are in a system with other parameters.
 
         Args:
-            system: has the same blocks in the same places.
-            context: of that system.
-            paths: of the blocks that are different there.
+            changed: has the same blocks in the same places.
+            names: of the blocks to take from it, the last parts of their paths.
         """
-        cut, paths = CutBlocks(Wiring(system), context), set(paths)
-        return replace(
-            self,
-            jacobians=tuple(
-                block_jacobian(cut, j.group, j.inputs, j.outputs) if paths & set(j.group) else j
-                for j in self.jacobians
-            ),
+        names = set(names)
+        paths = {path for path in self.wiring.blocks if path.split(".")[-1] in names}
+        cut = self.cut.with_blocks(changed, paths)
+        jacobians = tuple(
+            block_jacobian(cut, j.group, j.inputs, j.outputs) if paths & set(j.group) else j
+            for j in self.jacobians
         )
+        return replace(self, cut=cut, jacobians=jacobians)
 
     def interconnect(
         self,

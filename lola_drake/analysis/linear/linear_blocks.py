@@ -5,7 +5,7 @@ from collections.abc import Iterable
 from pydrake.systems.framework import Context, System
 
 from lola_drake.analysis.linear.block_jacobian import block_jacobian
-from lola_drake.analysis.linear.cut_blocks import CutBlocks
+from lola_drake.analysis.linear.cut_blocks import CutBlocks, cut_blocks
 from lola_drake.analysis.linear.errors import AnalysisError
 from lola_drake.analysis.linear.interconnection import LinearBlocks
 from lola_drake.analysis.linear.wiring import Selection, Source, Wiring
@@ -38,7 +38,7 @@ def linear_blocks(
         autodiff: whether AutoDiff may be used where it is valid.
     """
     wiring = Wiring(system)
-    cut = CutBlocks(wiring, context)
+    cut = cut_blocks(wiring, context)
     read = {selection.source for selection in outputs}
     held = {
         path
@@ -59,7 +59,7 @@ def linear_blocks(
         readers = {wiring.feeds[t] for t in cut.inputs if t.block in moving}
         sources = sorted(s for s in readers | read if s.block in group and not s.is_input)
         jacobians.append(block_jacobian(cut, group, targets, sources, autodiff=autodiff))
-    return LinearBlocks(wiring, tuple(jacobians), tuple(sorted(held)), _period(cut, moving))
+    return LinearBlocks(cut, tuple(jacobians), tuple(sorted(held)), _period(cut, moving))
 
 
 def _is_held(block: System, is_read: bool) -> bool:

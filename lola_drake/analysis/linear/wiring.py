@@ -199,4 +199,3 @@ def _means(entry: str, tail: str) -> bool:
 def _of(entry: str, foot: str) -> bool:
     parts = entry.split(".")
     return not foot or any(part == foot[1:] or part.endswith(foot) for part in parts)
-
