@@ -10,6 +10,8 @@ _HOME = {
     "load_scenario": "scenario",
     "build_simulation": "simulation",
     "simulate": "simulation",
+    "linearize": "analysis.linear.linearize",
+    "open_loop": "analysis.linear.open_loop",
 }
 
 __all__ = list(_HOME)

@@ -63,7 +63,7 @@ class BlockJacobian:
 
 @dataclass(frozen=True)
 class _Slot:
-    """A state or an input of a block: how to set it, its value, and in which directions it moves."""
+    """A state or an input: how to set it, its value, and in which directions it moves."""
 
     put: Callable[[np.ndarray], None]
     value: np.ndarray
@@ -127,7 +127,7 @@ class _Group:
         }
 
     def tick(self, blocks: dict[str, Instance] | None = None) -> np.ndarray:
-        """Return the next states and the outputs as one vector, of these blocks or converted ones."""
+        """Return next states and outputs as one vector, of these blocks or converted ones."""
         blocks = blocks or self.blocks
         states = (
             join_groups(blocks[path].system.EvalUniquePeriodicDiscreteUpdate(blocks[path].context))

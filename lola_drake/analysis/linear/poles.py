@@ -1,4 +1,4 @@
-"""The poles of a discrete-time model: where they are, what they mean, which state dominates them."""
+"""The poles of a discrete-time model: where they are, what they mean, and whose they are."""
 
 import re
 from dataclasses import dataclass

@@ -73,7 +73,7 @@ def place(diagram: Diagram, context: Context, scenario: Scenario, pose: Pose) ->
 
 
 def _feet(scenario: Scenario, pose: Pose) -> np.ndarray:
-    """Return x, y, z, sin gamma_x, sin gamma_y, gamma_z of both feet on the ground, shape (2, 6)."""
+    """Return both feet on the ground as tasks x, y, z, sines, gamma_z; shape (2, 6)."""
     width = pose.width if pose.width is not None else scenario.pattern.step_width
     feet = np.zeros((2, 6))
     feet[:, 0] = 0.5 * pose.stride, -0.5 * pose.stride
