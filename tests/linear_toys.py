@@ -43,6 +43,7 @@ class AbstractState(LeafSystem):
 
     def __init__(self):
         super().__init__()
+        self.DeclareVectorInputPort("u", 1)
         self.DeclareAbstractState(Value("secret"))
         self.DeclareDiscreteState(1)
         self.DeclareVectorOutputPort("y", 1, lambda context, output: None)

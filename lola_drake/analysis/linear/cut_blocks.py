@@ -72,10 +72,10 @@ class CutBlocks:
             reason = "it has abstract state"
         elif context.num_discrete_state_groups() and self.period(path) is None:
             reason = "it has no single periodic discrete update"
-            if isinstance(block, MultibodyPlant):
-                reason += " (build the plant with use_sampled_output_ports=False)"
         if reason:
-            raise AnalysisError(f"{path} cannot be linearised: {reason}")
+            plant = isinstance(block, MultibodyPlant)
+            hint = ", build it with use_sampled_output_ports=False" if plant else ""
+            raise AnalysisError(f"{path} cannot be linearised: {reason}{hint}")
 
     def period(self, path: str) -> float | None:
         """Return the period of a block's discrete update (s), None if it has none or several."""

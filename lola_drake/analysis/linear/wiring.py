@@ -179,7 +179,7 @@ class Wiring:
 
 def _leaves(system: System, path: str) -> Iterator[tuple[str, System]]:
     if not isinstance(system, Diagram):
-        yield path or system.get_name(), system
+        yield path or system.get_name() or type(system).__name__, system
         return
     for inner in system.GetSystems():
         yield from _leaves(inner, f"{path}.{inner.get_name()}".lstrip("."))
