@@ -11,7 +11,7 @@ from pydrake.systems.framework import Context, InputPort, OutputPort, System
 
 from lola_drake.analysis.linear.entries import is_vector, is_wrench_list
 from lola_drake.analysis.linear.errors import AnalysisError, drake_errors
-from lola_drake.analysis.linear.wiring import Target, Wiring
+from lola_drake.analysis.linear.wiring import Source, Target, Wiring
 
 
 @dataclass(frozen=True)
@@ -83,7 +83,7 @@ class CutBlocks:
         return timing.period_sec() if timing else None
 
 
-def cut_blocks(wiring: Wiring, context: Context) -> CutBlocks:
+def cut_blocks(wiring: Wiring, context: Context, added: Iterable[Source] = ()) -> CutBlocks:
     """Return the blocks cut apart in a copy of a context.
 
     The copy's time is the context's, so that noise and plans are what they are in that tick.
@@ -91,7 +91,9 @@ def cut_blocks(wiring: Wiring, context: Context) -> CutBlocks:
     Args:
         wiring: of the system.
         context: of the system or of a diagram around it; it stays as it is.
+        added: signals to which something will be added; where nothing feeds them they are zero.
     """
+    added = set(added)
     blocks, root = wiring.blocks, context.Clone()
     with drake_errors("not a context of this system"):
         originals = {path: own_context(block, context) for path, block in blocks.items()}
@@ -100,9 +102,13 @@ def cut_blocks(wiring: Wiring, context: Context) -> CutBlocks:
     for path, block in blocks.items():
         for i in range(block.num_input_ports()):
             port = block.get_input_port(i)
-            if is_vector(port) and port.HasValue(originals[path]):
+            if not is_vector(port):
+                continue
+            if port.HasValue(originals[path]):
                 with drake_errors(f"{path}.{port.get_name()} cannot be evaluated"):
                     inputs[Target(path, i)] = read_port(port, originals[path])
+            elif wiring.feeds[Target(path, i)] in added:
+                inputs[Target(path, i)] = np.zeros(port.size())
     for target, value in inputs.items():
         port = blocks[target.block].get_input_port(target.index)
         fix_port(port, copies[target.block], value)

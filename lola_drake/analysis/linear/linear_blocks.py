@@ -38,15 +38,15 @@ def linear_blocks(
         autodiff: whether AutoDiff may be used where it is valid.
     """
     wiring = Wiring(system)
-    cut = cut_blocks(wiring, context)
+    added = {selection.source for selection in inputs}
     read = {selection.source for selection in outputs}
+    cut = cut_blocks(wiring, context, added)
     held = {
         path
         for path, block in wiring.blocks.items()
         if path in hold or _is_held(block, any(source.block == path for source in read))
     }
     moving = _moving(cut, held, read)
-    added = {selection.source for selection in inputs}
     jacobians = []
     for group in _groups(wiring, moving, cut):
         targets = [

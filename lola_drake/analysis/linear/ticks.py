@@ -11,7 +11,7 @@ from pydrake.systems.framework import Context, System
 
 from lola_drake.analysis.linear.cut_blocks import fix_port, own_context, read_port
 from lola_drake.analysis.linear.errors import AnalysisError, drake_errors
-from lola_drake.analysis.linear.wiring import Selection, Wiring
+from lola_drake.analysis.linear.wiring import Selection, Source, Wiring
 
 
 class Ticks:
@@ -31,6 +31,7 @@ class Ticks:
         if timing is None:
             raise AnalysisError("the system has no single periodic discrete update")
         self.period, self._start, self._done = timing.period_sec(), context.get_time(), 0
+        self._given: dict[Source, np.ndarray] = {}
         self._contexts = {
             path: own_context(block, self.context) for path, block in self._wiring.blocks.items()
         }
@@ -84,5 +85,14 @@ class Ticks:
         return value[selection.entries]
 
     def _source(self, selection: Selection) -> np.ndarray:
-        source = selection.source
-        return read_port(self._wiring.port(source), self._contexts[source.block])
+        """Return what the source of a signal says; zero where there is none."""
+        source, port = selection.source, self._wiring.port(selection.source)
+        if not source.is_input:
+            return read_port(port, self._contexts[source.block])
+        if source not in self._given:
+            target = self._wiring.targets(source)[0]
+            inner = self._wiring.blocks[target.block].get_input_port(target.index)
+            own = self._contexts[target.block]
+            has_value = inner.HasValue(own)
+            self._given[source] = read_port(inner, own) if has_value else np.zeros(inner.size())
+        return self._given[source].copy()
