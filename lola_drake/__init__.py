@@ -1,14 +1,19 @@
-"""The walking controller of the humanoid LOLA as a Drake block diagram."""
+"""The walking controller of the humanoid LOLA as a Drake block diagram.
+
+Names are imported when they are first used (PEP 562), so that `import lola_drake` is instant and
+what does not need Drake does not wait for it.
+"""
 
 import importlib
+from typing import Any
 
 _HOME = {
     "Result": "results",
-    "load_result": "results",
     "Scenario": "scenario",
     "ScenarioError": "scenario",
-    "load_scenario": "scenario",
     "build_simulation": "simulation",
+    "load_result": "results",
+    "load_scenario": "scenario",
     "simulate": "simulation",
     "linearize": "analysis.linear.linearize",
     "open_loop": "analysis.linear.open_loop",
@@ -17,8 +22,11 @@ _HOME = {
 __all__ = list(_HOME)
 
 
-def __getattr__(name: str):
-    """Import a public name when it is first used: `lola list` need not wait for Drake."""
+def __getattr__(name: str) -> Any:
     if name not in _HOME:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     return getattr(importlib.import_module(f"{__name__}.{_HOME[name]}"), name)
+
+
+def __dir__() -> list[str]:
+    return [*globals(), *__all__]

@@ -99,9 +99,7 @@ class WalkingController(Diagram):
             ),
         )
         stabilizer = add("imu_stabilizer", ImuStabilizer(control.stabilizer))
-        distribution = add(
-            "force_distribution", ForceDistribution(control.distribution, PERIOD, kinematics.mass)
-        )
+        distribution = add("force_distribution", ForceDistribution(control.distribution, PERIOD))
         area = sum(pad.area for pad in PADS)
         stiffness = contact_matrix(PADS, control.force.model_stiffness / area)
         sensor = FootSensor(*foot_sensor_geometry(kinematics))
@@ -113,7 +111,9 @@ class WalkingController(Diagram):
             )
             com_dynamics[foot] = add(
                 f"com_dynamics_{foot}",
-                ComDynamics(control.com_dynamics, foot, stance.inertia, PERIOD),
+                ComDynamics(
+                    control.com_dynamics, foot, stance.inertia, control.force.limits(), PERIOD
+                ),
             )
         inverse_kinematics = add(
             "inverse_kinematics",

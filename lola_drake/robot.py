@@ -1,6 +1,8 @@
 """LOLA: the model files, the names of its joints and frames, and the controller's kinematics."""
 
+from collections.abc import Sequence
 from functools import cached_property
+from math import atan2
 
 import numpy as np
 from pydrake.multibody.parsing import Parser
@@ -23,6 +25,9 @@ PADS = (
 
 FOOT_TASK = 6
 """Size of one foot's task: x, y, z, sin gamma_x, sin gamma_y, gamma_z."""
+
+Rows = Sequence[Sequence[float]]
+"""A rotation matrix, row by row: an array, or plain numbers where speed matters."""
 
 JOINT_INDEX = {name: i for i, name in enumerate(JOINTS)}
 MIRRORED_JOINTS = tuple(
@@ -67,18 +72,16 @@ class Kinematics:
         self._positions[7:] = q
         plant, context = self.plant, self.context
         plant.SetPositions(context, self._positions)
-        # The torso's rows of the mass matrix are the momentum of the moving joints.
-        self._mass_matrix = plant.CalcMassMatrix(context)
         com = plant.CalcCenterOfMassPositionInWorld(context)
-        com_jacobian = self._mass_matrix[3:6, 6:] / self.mass
-        for k, frame in enumerate(self._tcp):
+        # The torso's rows of the mass matrix are the momentum of the moving joints.
+        com_jacobian = plant.CalcMassMatrix(context)[3:6, 6:] / self.mass
+        for i, frame in zip((0, FOOT_TASK), self._tcp, strict=True):
             spatial = plant.CalcJacobianSpatialVelocity(
                 context, JacobianWrtVariable.kV, frame, self._origin, self._world, self._world
             )[:, 6:]
-            pose = frame.CalcPoseInWorld(context)
-            rotation = pose.rotation().matrix()
-            i = k * FOOT_TASK
-            self.w[i : i + 3] = pose.translation() - com
+            pose = frame.CalcPoseInWorld(context).GetAsMatrix34()
+            rotation = pose[:, :3].tolist()
+            self.w[i : i + 3] = pose[:, 3] - com
             self.w[i + 3 : i + 6] = foot_angles(rotation)
             self.jacobian[i : i + 3] = spatial[3:] - com_jacobian
             self.jacobian[i + 3 : i + 6] = foot_angle_rates(rotation).dot(spatial[:3])
@@ -107,20 +110,20 @@ class Kinematics:
         return self.plant.GetEffortUpperLimits()
 
 
-def foot_angles(rotation: np.ndarray) -> np.ndarray:
+def foot_angles(rotation: Rows) -> tuple[float, float, float]:
     """Return sin gamma_x, sin gamma_y (independent rotations about T's axes) and gamma_z.
 
     Args:
         rotation: R_TF, the foot's orientation in T.
     """
-    return np.array([rotation[2, 1], -rotation[2, 0], np.arctan2(rotation[1, 0], rotation[0, 0])])
+    (r00, _, _), (r10, _, _), (r20, r21, _) = rotation
+    return r21, -r20, atan2(r10, r00)
 
 
-def foot_angle_rates(rotation: np.ndarray) -> np.ndarray:
+def foot_angle_rates(rotation: Rows) -> np.ndarray:
     """Return the matrix that takes the foot's angular velocity in T to the rates of its angles."""
-    r00, r01 = rotation[0, 0], rotation[0, 1]
-    r10, r11 = rotation[1, 0], rotation[1, 1]
-    lean = rotation[2, 0] / (r00 * r00 + r10 * r10)
+    (r00, r01, _), (r10, r11, _), (r20, _, _) = rotation
+    lean = r20 / (r00 * r00 + r10 * r10)
     return np.array([[r11, -r01, 0.0], [-r10, r00, 0.0], [-lean * r00, -lean * r10, 1.0]])
 
 
@@ -206,7 +209,7 @@ def leg_model(kinematics: Kinematics) -> LegModel:
     )
 
 
-def foot_sensor_geometry(kinematics: Kinematics) -> tuple[np.ndarray, float, np.ndarray]:
+def foot_sensor_geometry(kinematics: Kinematics) -> tuple[list[float], float, list[float]]:
     """Return what lies below a foot's force sensor, in the foot frame with the TCP as origin.
 
     Returns:
@@ -220,4 +223,5 @@ def foot_sensor_geometry(kinematics: Kinematics) -> tuple[np.ndarray, float, np.
     )
     tcp = plant.GetFrameByName("tcp_l").CalcPoseInWorld(context).translation()
     sensor = bodies[0].EvalPoseInWorld(context).translation()
-    return sensor - tcp, inertia.get_mass() * GRAVITY, inertia.get_com() - tcp
+    weight = inertia.get_mass() * GRAVITY
+    return (sensor - tcp).tolist(), weight, (inertia.get_com() - tcp).tolist()

@@ -141,8 +141,8 @@ class Obstacle:
 class Ground:
     """The floor at z = 0 and what lies on it, all of one material."""
 
-    stiffness: float = parameter(4e5, "vertical, of one whole foot on it", "N/m", above=0.0)
-    dissipation: float = parameter(20.0, "Hunt-Crossley dissipation", "s/m", minimum=0.0)
+    stiffness: float = parameter(3e5, "vertical, of one whole foot on it", "N/m", above=0.0)
+    dissipation: float = parameter(2.5, "Hunt-Crossley dissipation", "s/m", minimum=0.0)
     friction: float = parameter(0.8, "Coulomb friction coefficient", "", minimum=0.0)
     obstacles: tuple[Obstacle, ...] = ()
 

@@ -35,12 +35,12 @@ class Signal:
         """Return the number of entries."""
         return sum(len(field.entries) for field in self.fields)
 
-    def slice(self, name: str) -> slice:
-        """Return where the field called `name` lies; KeyError if there is none."""
+    def slice(self, name: str, count: int | None = None) -> slice:
+        """Return where the field called `name`, or its first entries, lie; KeyError if nowhere."""
         start = 0
         for field in self.fields:
             if field.name == name:
-                return slice(start, start + len(field.entries))
+                return slice(start, start + (count or len(field.entries)))
             start += len(field.entries)
         raise KeyError(f"{self.name} has no field {name!r}")
 
@@ -182,11 +182,8 @@ COM_DYNAMICS_RATE = Signal(
 )
 TASK_MODIFICATION = Signal(
     "task_modification",
-    "Delta w of one foot's force-controlled directions, and where it is limited (-1, 0, 1).",
-    (
-        Field("delta_w", ("sin_gamma_x", "sin_gamma_y", "z"), "-, m", "T"),
-        Field("limited", ("sin_gamma_x", "sin_gamma_y", "z"), "-1/0/1"),
-    ),
+    "Delta w of one foot's force-controlled directions.",
+    (Field("delta_w", ("sin_gamma_x", "sin_gamma_y", "z"), "-, m", "T"),),
 )
 TASK_COMMAND = Signal(
     "task_command",

@@ -195,14 +195,14 @@ def _set_start(plant: MultibodyPlant, scenario: Scenario, controller: WalkingCon
     plant.SetDefaultPositions(positions)
 
 
-def pad_geometries(plant: MultibodyPlant, scene_graph: SceneGraph) -> dict:
-    """Return which switch (0 to 7) belongs to which collision geometry."""
+def pad_geometries(plant: MultibodyPlant, scene_graph: SceneGraph) -> dict[int, int]:
+    """Return which switch (0 to 7) belongs to which collision geometry, by the value of its id."""
     inspector = scene_graph.model_inspector()
     pads = {}
     for body, first in (("foot_l", 0), ("zfl", 0), ("foot_r", 4), ("zfr", 4)):
         for geometry in plant.GetCollisionGeometriesForBody(plant.GetBodyByName(body)):
             name = inspector.GetName(geometry).split("::")[-1]
-            pads[geometry] = first + _PAD_NAMES.index(name)
+            pads[geometry.get_value()] = first + _PAD_NAMES.index(name)
     return pads
 
 

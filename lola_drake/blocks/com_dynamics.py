@@ -14,6 +14,7 @@ In single support an error of the contact force is also met by accelerating the 
 K_a,x and the limits are our own choice; the paper gives no numbers.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -54,30 +55,36 @@ def com_acceleration(inertia: np.ndarray, r_x: float, r_y: float, error: np.ndar
     return lever_matrix(r_x, r_y).dot(error) / inertia
 
 
-def single_support(contact: np.ndarray, foot: int) -> bool:
+def single_support(contact: Sequence[float], foot: int) -> bool:
     """Return s_a,f: whether the foot, and not the other one, has closed contacts.
 
     Args:
         contact: the switches of the left and then the right foot, 0 or 1, shape (8,).
         foot: 0 for left, 1 for right.
     """
-    closed = (contact[:4].any(), contact[4:].any())
-    return bool(closed[foot] and not closed[1 - foot])
+    closed = (any(contact[:4]), any(contact[4:]))
+    return closed[foot] and not closed[1 - foot]
 
 
 def limited_step(
-    rate: np.ndarray, change: np.ndarray, limit: np.ndarray, blocked: np.ndarray
-) -> np.ndarray:
-    """Return the integrator's next state: clamped, and stopped where its output has no effect.
+    rate: float, change: float, limit: float, modification: float, modification_limit: float
+) -> float:
+    """Return one direction of the integrator's next state.
+
+    It is clamped, and stands still where the modification is at the limit it would drive it to:
+    there the integrator's output has no effect (anti-windup).
 
     Args:
-        rate: the present state Delta w_a,f'.
+        rate: the present state, an entry of Delta w_a,f'.
         change: what the integration would add.
         limit: greatest magnitude of the state.
-        blocked: -1, 0 or 1: the direction in which the modification Delta w is at its limit.
+        modification: the same entry of Delta w.
+        modification_limit: its greatest magnitude.
     """
-    change = np.where(change * blocked > 0, 0.0, change)
-    return np.minimum(np.maximum(rate + change, -limit), limit)
+    at_limit = abs(modification) >= modification_limit * (1 - 1e-9)
+    if at_limit and change * modification > 0:
+        return rate
+    return min(max(rate + change, -limit), limit)
 
 
 class ComDynamics(LeafSystem):
@@ -99,24 +106,31 @@ class ComDynamics(LeafSystem):
         - com_dynamics_rate
     """
 
-    def __init__(self, params: ComDynamicsParams, foot: str, inertia: np.ndarray, period: float):
+    def __init__(
+        self,
+        params: ComDynamicsParams,
+        foot: str,
+        inertia: np.ndarray,
+        modification_limits: np.ndarray,
+        period: float,
+    ):
         """Create the block of one foot.
 
         Args:
             params: gains and limits.
             foot: "l" or "r".
             inertia: theta_xx, theta_yy (kg m^2) and mass (kg), shape (3,).
+            modification_limits: of the force control's Delta w, shape (3,).
             period: the control period (s).
         """
         super().__init__()
         self._foot, self._inertia, self._period = FEET.index(foot), inertia, period
-        self._limit = np.array(
-            [params.max_angle_rate, params.max_angle_rate, params.max_height_rate]
-        )
-        self._w = TASK_REFERENCE.slice(f"w_{foot}")
+        self._limits = (params.max_angle_rate, params.max_angle_rate, params.max_height_rate)
+        self._modification_limits = modification_limits.tolist()
+        self._r = TASK_REFERENCE.slice(f"w_{foot}", 2)
         self._desired_wrench = DESIRED_WRENCH.slice(f"wrench_{foot}")
         self._gains = self.DeclareNumericParameter(BasicVector([params.gain, params.decay_gain]))
-        self._state = self.DeclareDiscreteState(3)
+        state = self.DeclareDiscreteState(COM_DYNAMICS_RATE.size)
         self._desired = self.DeclareVectorInputPort("desired_wrench", DESIRED_WRENCH.size)
         self._actual = self.DeclareVectorInputPort("contact_wrench", CONTACT_WRENCH.size)
         self._contact = self.DeclareVectorInputPort("contact", CONTACT.size)
@@ -124,19 +138,24 @@ class ComDynamics(LeafSystem):
         self._modification = self.DeclareVectorInputPort(
             "task_modification", TASK_MODIFICATION.size
         )
-        self.DeclareStateOutputPort(COM_DYNAMICS_RATE.name, self._state)
+        self.DeclareStateOutputPort(COM_DYNAMICS_RATE.name, state)
         self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._update)
 
     def _update(self, context, state):
-        rate = context.get_discrete_state(self._state).value()
-        gain, decay_gain = context.get_numeric_parameter(self._gains).value()
-        if single_support(self._contact.Eval(context), self._foot):
-            r_x, r_y = self._reference.Eval(context)[self._w][:2]
+        rate = context.get_discrete_state_vector().value()
+        gain, decay_gain = context.get_numeric_parameter(self._gains).value().tolist()
+        if single_support(self._contact.Eval(context).tolist(), self._foot):
+            r_x, r_y = self._reference.Eval(context)[self._r].tolist()
             error = self._desired.Eval(context)[self._desired_wrench] - self._actual.Eval(context)
             change = -gain * com_acceleration(self._inertia, r_x, r_y, error)
         else:
             change = -decay_gain * rate
-        blocked = self._modification.Eval(context)[3:]
-        state.set_value(
-            self._state, limited_step(rate, self._period * change, self._limit, blocked)
+        directions = zip(
+            rate.tolist(),
+            (self._period * change).tolist(),
+            self._limits,
+            self._modification.Eval(context).tolist(),
+            self._modification_limits,
+            strict=True,
         )
+        state.set_value([limited_step(*direction) for direction in directions])

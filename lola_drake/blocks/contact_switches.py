@@ -7,7 +7,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from pydrake.common.value import Value
-from pydrake.geometry import GeometryId
 from pydrake.multibody.plant import ContactResults
 from pydrake.systems.framework import LeafSystem
 
@@ -50,12 +49,12 @@ class ContactSwitches(LeafSystem):
         - ground_force
     """
 
-    def __init__(self, params: ContactSwitchesParams, pads: dict[GeometryId, int], period: float):
+    def __init__(self, params: ContactSwitchesParams, pads: dict[int, int], period: float):
         """Create the switches of the given pads, all closed.
 
         Args:
             params: thresholds.
-            pads: which switch (0 to 7) belongs to which collision geometry.
+            pads: which switch (0 to 7) belongs to which collision geometry, by the value of its id.
             period: the control period (s).
         """
         super().__init__()
@@ -70,22 +69,32 @@ class ContactSwitches(LeafSystem):
     def _update(self, context, state):
         forces = pad_forces(self._results.Eval(context), self._pads)
         closed = context.get_discrete_state(self._state).value()
-        threshold = np.where(closed > 0, self._params.open_force, self._params.close_force)
-        state.set_value(self._state, (forces[:, 2] > threshold).astype(float))
-        feet = np.concatenate([forces[:4].sum(axis=0), forces[4:].sum(axis=0)])
-        state.set_value(self._ground_force, feet)
+        state.set_value(
+            self._state,
+            [
+                switched(was_closed, f_z, self._params.close_force, self._params.open_force)
+                for was_closed, (_, _, f_z) in zip(closed.tolist(), forces.tolist(), strict=True)
+            ],
+        )
+        state.set_value(self._ground_force, forces.reshape(2, 4, 3).sum(axis=1).ravel())
 
 
-def pad_forces(results: ContactResults, pads: dict[GeometryId, int]) -> np.ndarray:
+def switched(closed: float, force: float, close_force: float, open_force: float) -> float:
+    """Return the new state of a switch, 1 for closed: it has a hysteresis."""
+    return float(force > (open_force if closed else close_force))
+
+
+def pad_forces(results: ContactResults, pads: dict[int, int]) -> np.ndarray:
     """Return the ground's force on every pad in W (N), shape (8, 3)."""
     forces = np.zeros((CONTACT.size, 3))
     for i in range(results.num_hydroelastic_contacts()):
         info = results.hydroelastic_contact_info(i)
         surface = info.contact_surface()
+        force = info.F_Ac_W().translational()
         # The reported force acts on geometry M; a pad may be either of the two.
-        pad, sign = pads.get(surface.id_M()), 1.0
+        pad = pads.get(surface.id_M().get_value())
         if pad is None:
-            pad, sign = pads.get(surface.id_N()), -1.0
+            pad, force = pads.get(surface.id_N().get_value()), -force
         if pad is not None:
-            forces[pad] += sign * info.F_Ac_W().translational()
+            forces[pad] += force
     return forces

@@ -66,23 +66,21 @@ class FootForceSensor(LeafSystem):
         """
         super().__init__()
         self._joints, self._period = joint_indices, period
-        self._noise = Noise(MEASURED_WRENCH.size, seed, stream=2)
-        self._scale = np.tile(np.repeat([params.force_noise, params.torque_noise], 3), 2)
+        deviation = np.tile(np.repeat([params.force_noise, params.torque_noise], 3), 2)
+        self._noise = Noise(deviation, seed, stream=2)
         self._gain = 1 - np.exp(-2 * np.pi * params.cutoff * period) if params.cutoff else 1.0
         self._forces = self.DeclareAbstractInputPort("reaction_forces", Value[list[SpatialForce]]())
-        self._state = self.DeclareDiscreteState(initial)
-        self.DeclareStateOutputPort(MEASURED_WRENCH.name, self._state)
+        state = self.DeclareDiscreteState(initial)
+        self.DeclareStateOutputPort(MEASURED_WRENCH.name, state)
         self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._update)
 
     def _update(self, context, state):
         forces = self._forces.Eval(context)
-        raw = np.empty(MEASURED_WRENCH.size)
-        for i, joint in zip((0, 6), self._joints, strict=True):
-            # The plant reports the force on the sole; the sensor feels the opposite.
-            force = forces[joint]
-            raw[i : i + 3] = force.translational()
-            raw[i + 3 : i + 6] = force.rotational()
-        np.negative(raw, out=raw)
-        raw += self._scale * self._noise(round(context.get_time() / self._period))
-        filtered = context.get_discrete_state(self._state).value()
-        state.set_value(self._state, filtered + self._gain * (raw - filtered))
+        left, right = (forces[joint] for joint in self._joints)
+        on_soles = np.concatenate(
+            [left.translational(), left.rotational(), right.translational(), right.rotational()]
+        )
+        # The plant reports the force on the sole; the sensor feels the opposite.
+        raw = self._noise(round(context.get_time() / self._period)) - on_soles
+        filtered = context.get_discrete_state_vector().value()
+        state.set_value(filtered + self._gain * (raw - filtered))

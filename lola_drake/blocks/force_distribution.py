@@ -11,6 +11,7 @@ pads, and what they cannot give by a shift of the load. The numbers are our own.
 | d/dt of it    | `rate_l/r` of the same |
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -18,10 +19,9 @@ from pydrake.systems.framework import LeafSystem
 
 from lola_drake.parameters import parameter, validate
 from lola_drake.signals import DESIRED_WRENCH, FEET, GAIT_PHASE, MODIFIED_WRENCH, TASK_REFERENCE
-from lola_drake.theory.constants import GRAVITY
 
 _LOAD = GAIT_PHASE.slice("load")
-_FEET = [TASK_REFERENCE.slice(f"w_{foot}") for foot in FEET]
+_LEFT, _RIGHT = (TASK_REFERENCE.slice(f"w_{foot}", 3) for foot in FEET)
 
 
 @dataclass(frozen=True)
@@ -29,7 +29,7 @@ class ForceDistributionParams:
     """Limits of the feet's torques, and the filter of the wrenches' rates."""
 
     cop_margin_x: float = parameter(
-        0.085, "greatest distance of the desired CoP from the TCP, along x", "m", above=0
+        0.09, "greatest distance of the desired CoP from the TCP, along x", "m", above=0
     )
     cop_margin_y: float = parameter(
         0.08, "greatest distance of the desired CoP from the TCP, along y", "m", above=0
@@ -38,7 +38,7 @@ class ForceDistributionParams:
         20.0, "vertical force that a shift of the load leaves on a foot", "N", minimum=0
     )
     rate_filter: float = parameter(
-        0.004, "time constant of the filter of the desired wrenches' rates", "s", above=0
+        0.02, "time constant of the filter of the desired wrenches' rates", "s", above=0
     )
 
     def __post_init__(self):
@@ -46,10 +46,10 @@ class ForceDistributionParams:
 
 
 def distribute(
-    modified: np.ndarray,
-    load: np.ndarray,
-    r_left: np.ndarray,
-    r_right: np.ndarray,
+    modified: Sequence[float],
+    load: Sequence[float],
+    r_left: Sequence[float],
+    r_right: Sequence[float],
     margin_x: float,
     margin_y: float,
     least_force: float,
@@ -59,25 +59,29 @@ def distribute(
     Args:
         modified: Lambda_mod = [F, T] in T (N, Nm), shape (6,).
         load: shares of the left and right foot, shape (2,), of sum 1.
-        r_left, r_right: TCPs relative to the CoM in T (m), at least x, y, z.
-        margin_x, margin_y: greatest distance of a foot's desired CoP from its TCP (m).
+        r_left: left TCP relative to the CoM in T (m), x, y, z.
+        r_right: the same of the right TCP.
+        margin_x: greatest distance of a foot's desired CoP from its TCP along x (m).
+        margin_y: the same along y.
         least_force: vertical force that a shift of the load leaves on a foot (N).
 
     Returns:
         T_x, T_y, F_z of the left foot, then of the right, shape (6,).
     """
-    f_x, f_y, f_z, t_x, t_y = modified[:5]
+    f_x, f_y, f_z, t_x, t_y, _ = modified
     left, right = load
-    x, y, z = left * r_left[:3] + right * r_right[:3]
+    x, y, z = (left * r_l + right * r_r for r_l, r_r in zip(r_left, r_right, strict=True))
     rest_x = t_x - (y * f_z - z * f_y)
     rest_y = t_y - (z * f_x - x * f_z)
-    wrench = np.empty(6)
-    for i, share in ((0, left), (3, right)):
+    wrench = []
+    for share in load:
         force = share * f_z
         limit_x, limit_y = max(force, 0.0) * margin_y, max(force, 0.0) * margin_x
-        wrench[i] = min(max(share * rest_x, -limit_x), limit_x)
-        wrench[i + 1] = min(max(share * rest_y, -limit_y), limit_y)
-        wrench[i + 2] = force
+        wrench += [
+            min(max(share * rest_x, -limit_x), limit_x),
+            min(max(share * rest_y, -limit_y), limit_y),
+            force,
+        ]
     # What the feet cannot give: a force moved from the right foot to the left one.
     rest_x -= wrench[0] + wrench[3]
     rest_y -= wrench[1] + wrench[4]
@@ -88,13 +92,14 @@ def distribute(
     shift = min(max(shift, least), most)
     wrench[2] += shift
     wrench[5] -= shift
-    return wrench
+    return np.array(wrench)
 
 
 class ForceDistribution(LeafSystem):
     """Gives each foot its desired wrench and that wrench's rate.
 
-    The state is the filtered wrench from which the rate is taken.
+    The rates are those of what the stabiliser adds to the plan, and of the feet's torques. The
+    state is the filtered wrench from which they are taken.
 
     .. pydrake_system::
 
@@ -107,41 +112,47 @@ class ForceDistribution(LeafSystem):
         - desired_wrench
     """
 
-    def __init__(self, params: ForceDistributionParams, period: float, mass: float):
-        """Create the block for a robot of the given mass (kg) that stands on both feet."""
+    def __init__(self, params: ForceDistributionParams, period: float):
+        """Create the block for the given control period (s)."""
         super().__init__()
-        self._params, self._period = params, period
+        self._params = params
+        # Exact for a wrench that is held over the period.
+        self._gain = params.rate_filter * (1 - np.exp(-period / params.rate_filter))
         self._modified = self.DeclareVectorInputPort("modified_wrench", MODIFIED_WRENCH.size)
         self._phase = self.DeclareVectorInputPort("gait_phase", GAIT_PHASE.size)
         self._reference = self.DeclareVectorInputPort("task_reference", TASK_REFERENCE.size)
-        half = 0.5 * mass * GRAVITY
-        self._state = self.DeclareDiscreteState([0.0, 0.0, half, 0.0, 0.0, half])
+        state = self.DeclareDiscreteState(6)
         inputs = {p.ticket() for p in (self._modified, self._phase, self._reference)}
         self._output = self.DeclareVectorOutputPort(
             "desired_wrench",
             DESIRED_WRENCH.size,
             self._calc,
-            prerequisites_of_calc=inputs | {self.discrete_state_ticket(self._state)},
+            prerequisites_of_calc=inputs | {self.discrete_state_ticket(state)},
         )
         self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._update)
 
     def _calc(self, context, output):
         reference = self._reference.Eval(context)
+        modified = self._modified.Eval(context).tolist()
+        load = self._phase.Eval(context)[_LOAD].tolist()
         wrench = distribute(
-            self._modified.Eval(context),
-            self._phase.Eval(context)[_LOAD],
-            reference[_FEET[0]],
-            reference[_FEET[1]],
+            modified,
+            load,
+            reference[_LEFT].tolist(),
+            reference[_RIGHT].tolist(),
             self._params.cop_margin_x,
             self._params.cop_margin_y,
             self._params.least_force,
         )
-        filtered = context.get_discrete_state(self._state).value()
-        output.set_value(np.concatenate([wrench, (wrench - filtered) / self._params.rate_filter]))
+        # The pattern itself makes the planned load by letting the feet sink in.
+        unplanned = wrench.copy()
+        unplanned[2] -= load[0] * modified[2]
+        unplanned[5] -= load[1] * modified[2]
+        filtered = context.get_discrete_state_vector().value()
+        rate = (unplanned - filtered) / self._params.rate_filter
+        output.set_value(np.concatenate([wrench, rate]))
 
     def _update(self, context, state):
         rate = self._output.Eval(context)[6:]
-        filtered = context.get_discrete_state(self._state).value()
-        # Exact for a wrench that is held over the period.
-        gain = self._params.rate_filter * (1 - np.exp(-self._period / self._params.rate_filter))
-        state.set_value(self._state, filtered + gain * rate)
+        filtered = context.get_discrete_state_vector().value()
+        state.set_value(filtered + self._gain * rate)

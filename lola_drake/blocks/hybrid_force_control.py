@@ -17,7 +17,9 @@
 The model's stiffness is an estimate: LOLA's is not published.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from math import cos, sin
 
 import numpy as np
 from pydrake.systems.framework import BasicVector, LeafSystem
@@ -33,6 +35,7 @@ from lola_drake.signals import (
     TASK_COMMAND,
     TASK_MODIFICATION,
     TASK_REFERENCE,
+    TORSO_ORIENTATION,
 )
 
 FORCE_CONTROLLED = np.array([3, 4, 2])
@@ -45,10 +48,23 @@ class HybridForceControlParams:
 
     time_constant: float = parameter(0.02, "delta, of the force error (paper)", "s", above=0)
     position_gain: float = parameter(
-        10.0, "K_x, return of the swing foot to the plan", "1/s", minimum=0
+        6.0, "K_x, return of the swing foot to the plan", "1/s", minimum=0
     )
     model_stiffness: float = parameter(
-        4e5, "vertical stiffness of a whole foot in U (estimate)", "N/m", above=0
+        1.2e5,
+        "vertical stiffness of a whole foot in U; softer than the pads, see the README",
+        "N/m",
+        above=0,
+    )
+    grip_force: float = parameter(
+        50.0, "vertical force from which on a foot's torques are controlled", "N", above=0
+    )
+    leveling: float = parameter(
+        1.0,
+        "part of the inclination by which an unloaded foot is turned back",
+        "-",
+        minimum=0,
+        maximum=1,
     )
     max_height: float = parameter(0.08, "limit of the foot's height modification", "m", above=0)
     max_height_rate: float = parameter(0.5, "limit of its rate", "m/s", above=0)
@@ -58,28 +74,38 @@ class HybridForceControlParams:
     def __post_init__(self):
         validate(self)
 
+    def limits(self) -> np.ndarray:
+        """Return the limits of Delta w (sin gamma_x, sin gamma_y, z), shape (3,)."""
+        return np.array([self.max_angle, self.max_angle, self.max_height])
+
+    def rate_limits(self) -> np.ndarray:
+        """Return the limits of its rate, shape (3,)."""
+        return np.array([self.max_angle_rate, self.max_angle_rate, self.max_height_rate])
+
 
 @dataclass(frozen=True)
 class FootSensor:
     """What the controller knows about one foot below its force sensor.
 
     Attributes:
-        p_TcpSensor: the sensor relative to the TCP, in the foot frame F (m), shape (3,).
+        p_TcpSensor: the sensor relative to the TCP, in the foot frame F (m).
         weight: weight of the foot below the sensor (N).
-        p_TcpFoot: its CoM relative to the TCP, in F (m), shape (3,).
+        p_TcpFoot: its CoM relative to the TCP, in F (m).
     """
 
-    p_TcpSensor: np.ndarray
+    p_TcpSensor: tuple[float, float, float]
     weight: float
-    p_TcpFoot: np.ndarray
+    p_TcpFoot: tuple[float, float, float]
 
 
-def wrench_at_tcp(measured: np.ndarray, w: np.ndarray, foot: FootSensor) -> np.ndarray:
+def wrench_at_tcp(
+    measured: Sequence[float], angles: Sequence[float], foot: FootSensor
+) -> np.ndarray:
     """Return lambda_f = A_TF lambda_f,m (eq. 13), freed of the foot's own weight.
 
     Args:
         measured: [F, T] of the sensor in its own frame (N, Nm), shape (6,).
-        w: the foot's task x, y, z, sin gamma_x, sin gamma_y, gamma_z in T.
+        angles: the foot's sin gamma_x, sin gamma_y, gamma_z in T.
         foot: geometry and weight below the sensor.
 
     Returns:
@@ -91,21 +117,17 @@ def wrench_at_tcp(measured: np.ndarray, w: np.ndarray, foot: FootSensor) -> np.n
     t_y += z * f_x - x * f_z
     t_z += x * f_y - y * f_x
     # R_TF for independent small rotations: the third row is (-sin gamma_y, sin gamma_x, cos).
-    s_x, s_y, yaw = w[3], w[4], w[5]
-    c, s = np.cos(yaw), np.sin(yaw)
+    s_x, s_y, yaw = angles
+    c, s = cos(yaw), sin(yaw)
     lean_x, lean_y = c * s_y + s * s_x, s * s_y - c * s_x
+    x, y, _ = foot.p_TcpFoot
     return np.array(
         [
-            c * t_x - s * t_y + lean_x * t_z + foot.weight * _lever(foot, c, s, 1),
-            s * t_x + c * t_y + lean_y * t_z - foot.weight * _lever(foot, c, s, 0),
+            c * t_x - s * t_y + lean_x * t_z + foot.weight * (s * x + c * y),
+            s * t_x + c * t_y + lean_y * t_z - foot.weight * (c * x - s * y),
             -s_y * f_x + s_x * f_y + f_z + foot.weight,
         ]
     )
-
-
-def _lever(foot: FootSensor, c: float, s: float, axis: int) -> float:
-    x, y = foot.p_TcpFoot[0], foot.p_TcpFoot[1]
-    return s * x + c * y if axis else c * x - s * y
 
 
 def force_control_rate(
@@ -122,7 +144,7 @@ def modification_rate(
     force_rate: np.ndarray,
     com_dynamics_rate: np.ndarray,
     deviation: np.ndarray,
-    blend: float,
+    blend: np.ndarray,
     position_gain: float,
 ) -> np.ndarray:
     """Return one foot's part of Delta w' (eq. 16 and 21), shape (3,).
@@ -131,10 +153,18 @@ def modification_rate(
         force_rate: w_f' of eq. 15.
         com_dynamics_rate: Delta w_a,f' of eq. 20.
         deviation: w - w_id in the force-controlled directions.
-        blend: b_f, 1 for force control and 0 for position control.
+        blend: b_f, 1 for force control and 0 for position control, per direction.
         position_gain: K_x (1/s).
     """
     return blend * (force_rate + com_dynamics_rate) - (1 - blend) * position_gain * deviation
+
+
+def limited_rate(
+    rate: float, deviation: float, limit: float, rate_limit: float, period: float
+) -> float:
+    """Return the rate of one direction of Delta w, which ends where Delta w reaches its limit."""
+    rate = min(max(rate, -rate_limit), rate_limit)
+    return max(min(rate, (limit - deviation) / period), (-limit - deviation) / period)
 
 
 class HybridForceControl(LeafSystem):
@@ -152,6 +182,7 @@ class HybridForceControl(LeafSystem):
         - desired_wrench
         - measured_wrench
         - com_dynamics_rate
+        - torso_orientation
         output_ports:
         - task_command
         - contact_wrench
@@ -178,10 +209,9 @@ class HybridForceControl(LeafSystem):
         super().__init__()
         self._inverse = np.linalg.inv(contact_matrix)
         self._sensor, self._period = sensor, period
-        self._limit = np.array([params.max_angle, params.max_angle, params.max_height])
-        self._rate_limit = np.array(
-            [params.max_angle_rate, params.max_angle_rate, params.max_height_rate]
-        )
+        self._grip_force, self._leveling = params.grip_force, params.leveling
+        self._limits = params.limits().tolist()
+        self._rate_limits = params.rate_limits().tolist()
         self._w = TASK_REFERENCE.slice(f"w_{foot}")
         self._w_dot = TASK_REFERENCE.slice(f"w_dot_{foot}")
         self._blend = GAIT_PHASE.slice("blend").start + FEET.index(foot)
@@ -193,7 +223,7 @@ class HybridForceControl(LeafSystem):
         self._gains = self.DeclareNumericParameter(
             BasicVector([params.time_constant, params.position_gain])
         )
-        self._state = self.DeclareDiscreteState(3)
+        state = self.DeclareDiscreteState(TASK_MODIFICATION.size)
         self._reference = self.DeclareVectorInputPort("task_reference", TASK_REFERENCE.size)
         self._phase = self.DeclareVectorInputPort("gait_phase", GAIT_PHASE.size)
         self._desired = self.DeclareVectorInputPort("desired_wrench", DESIRED_WRENCH.size)
@@ -201,10 +231,12 @@ class HybridForceControl(LeafSystem):
         self._com_dynamics = self.DeclareVectorInputPort(
             "com_dynamics_rate", COM_DYNAMICS_RATE.size
         )
-        own = {self.discrete_state_ticket(self._state), self.all_parameters_ticket()}
+        self._orientation = self.DeclareVectorInputPort("torso_orientation", TORSO_ORIENTATION.size)
+        own = {self.discrete_state_ticket(state), self.all_parameters_ticket()}
         contact_inputs = {self._reference.ticket(), self._measured.ticket()} | own
         all_inputs = contact_inputs | {
-            port.ticket() for port in (self._phase, self._desired, self._com_dynamics)
+            port.ticket()
+            for port in (self._phase, self._desired, self._com_dynamics, self._orientation)
         }
         self._command = self.DeclareVectorOutputPort(
             "task_command", TASK_COMMAND.size, self._calc_command, prerequisites_of_calc=all_inputs
@@ -215,55 +247,55 @@ class HybridForceControl(LeafSystem):
             self._calc_contact,
             prerequisites_of_calc=contact_inputs,
         )
-        self.DeclareVectorOutputPort(
-            "task_modification",
-            TASK_MODIFICATION.size,
-            self._calc_modification,
-            prerequisites_of_calc=own,
-        )
+        self.DeclareStateOutputPort("task_modification", state)
         self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._update)
 
     def _calc_contact(self, context, output):
-        w = self._reference.Eval(context)[self._w].copy()
-        w[FORCE_CONTROLLED] += context.get_discrete_state(self._state).value()
-        measured = self._measured.Eval(context)[self._measured_wrench]
-        output.set_value(wrench_at_tcp(measured, w, self._sensor))
+        _, _, _, s_x, s_y, yaw = self._reference.Eval(context)[self._w].tolist()
+        delta_x, delta_y, _ = context.get_discrete_state_vector().value().tolist()
+        measured = self._measured.Eval(context)[self._measured_wrench].tolist()
+        angles = s_x + delta_x, s_y + delta_y, yaw
+        output.set_value(wrench_at_tcp(measured, angles, self._sensor))
 
     def _calc_command(self, context, output):
         reference = self._reference.Eval(context)
-        deviation = context.get_discrete_state(self._state).value()
+        deviation = context.get_discrete_state_vector().value()
         desired = self._desired.Eval(context)
-        time_constant, position_gain = context.get_numeric_parameter(self._gains).value()
+        time_constant, position_gain = context.get_numeric_parameter(self._gains).value().tolist()
         force_rate = force_control_rate(
             self._inverse,
             desired[self._desired_wrench] - self._contact.Eval(context),
             desired[self._desired_rate],
             time_constant,
         )
+        phi_x, phi_y = self._orientation.Eval(context)[:2].tolist()
+        level = np.array([-self._leveling * phi_x, -self._leveling * phi_y, 0.0])
+        blend = self._phase.Eval(context).item(self._blend)
+        grip = min(max(self._contact.Eval(context).item(2) / self._grip_force, 0.0), 1.0)
         rate = modification_rate(
             force_rate,
             self._com_dynamics.Eval(context),
-            deviation,
-            self._phase.Eval(context)[self._blend],
+            deviation - level,
+            np.array([blend * grip, blend * grip, blend]),
             position_gain,
         )
-        rate = np.minimum(np.maximum(rate, -self._rate_limit), self._rate_limit)
-        # The rate ends where the modification reaches its limit.
-        rate = np.minimum(rate, (self._limit - deviation) / self._period)
-        rate = np.maximum(rate, (-self._limit - deviation) / self._period)
-        command = np.concatenate([reference[self._w], reference[self._w_dot]])
-        command[FORCE_CONTROLLED] += deviation
-        command[FORCE_CONTROLLED + 6] += rate
-        output.set_value(command)
-
-    def _calc_modification(self, context, output):
-        deviation = context.get_discrete_state(self._state).value()
-        at_limit = np.abs(deviation) >= self._limit * (1 - 1e-9)
-        output.set_value(np.concatenate([deviation, np.sign(deviation) * at_limit]))
+        w, w_dot = reference[self._w].tolist(), reference[self._w_dot].tolist()
+        modification = zip(
+            FORCE_CONTROLLED,
+            rate.tolist(),
+            deviation.tolist(),
+            self._limits,
+            self._rate_limits,
+            strict=True,
+        )
+        for i, rate, delta, limit, rate_limit in modification:
+            w[i] += delta
+            w_dot[i] += limited_rate(rate, delta, limit, rate_limit, self._period)
+        output.set_value([*w, *w_dot])
 
     def _update(self, context, state):
         command = self._command.Eval(context)
         reference = self._reference.Eval(context)
         rate = (command[6:] - reference[self._w_dot])[FORCE_CONTROLLED]
-        deviation = context.get_discrete_state(self._state).value()
-        state.set_value(self._state, deviation + self._period * rate)
+        deviation = context.get_discrete_state_vector().value()
+        state.set_value(deviation + self._period * rate)

@@ -3,7 +3,9 @@
 LOLA carries a high-precision unit; noise, bias and delay are estimates of its class.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from math import asin, atan2, hypot
 
 import numpy as np
 from pydrake.systems.framework import LeafSystem
@@ -32,7 +34,7 @@ class ImuParams:
         return ImuParams(angle_noise=0.0, rate_noise=0.0, angle_bias=0.0, delay_ticks=1)
 
 
-def inclination(quaternion: np.ndarray, angular_velocity: np.ndarray) -> np.ndarray:
+def inclination(quaternion: Sequence[float], angular_velocity: Sequence[float]) -> np.ndarray:
     """Return phi_x, phi_y and their rates.
 
     Args:
@@ -44,10 +46,10 @@ def inclination(quaternion: np.ndarray, angular_velocity: np.ndarray) -> np.ndar
         frame (rad/s), shape (4,).
     """
     w, x, y, z = quaternion
-    roll = np.arctan2(2 * (w * x + y * z), 1 - 2 * (x * x + y * y))
-    pitch = np.arcsin(min(max(2 * (w * y - z * x), -1.0), 1.0))
+    roll = atan2(2 * (w * x + y * z), 1 - 2 * (x * x + y * y))
+    pitch = asin(min(max(2 * (w * y - z * x), -1.0), 1.0))
     c, s = 1 - 2 * (y * y + z * z), 2 * (w * z + x * y)
-    norm = (c * c + s * s) ** 0.5
+    norm = hypot(c, s)
     c, s = c / norm, s / norm
     w_x, w_y, _ = angular_velocity
     return np.array([roll, pitch, c * w_x + s * w_y, c * w_y - s * w_x])
@@ -71,27 +73,28 @@ class Imu(LeafSystem):
         """Create the unit for a plant whose state of `state_size` begins with the torso's pose."""
         super().__init__()
         self._period = period
-        self._noise = Noise(TORSO_ORIENTATION.size, seed, stream=1)
-        self._scale = np.repeat([params.angle_noise, params.rate_noise], 2)
+        deviation = np.repeat([params.angle_noise, params.rate_noise], 2)
+        self._noise = Noise(deviation, seed, stream=1)
         bias = params.angle_bias * np.random.default_rng([seed, 0]).standard_normal(2)
         self._bias = np.concatenate([bias, [0.0, 0.0]])
-        self._velocity = (state_size + 1) // 2
+        first = (state_size + 1) // 2
+        self._angular_velocity = slice(first, first + 3)
         self._plant = self.DeclareVectorInputPort("plant_state", state_size)
-        self._state = self.DeclareDiscreteState(np.zeros(4 * params.delay_ticks))
+        state = self.DeclareDiscreteState(np.zeros(4 * params.delay_ticks))
         self.DeclareVectorOutputPort(
             TORSO_ORIENTATION.name,
             TORSO_ORIENTATION.size,
             self._calc,
-            prerequisites_of_calc={self.discrete_state_ticket(self._state)},
+            prerequisites_of_calc={self.discrete_state_ticket(state)},
         )
         self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._update)
 
     def _calc(self, context, output):
-        output.set_value(context.get_discrete_state(self._state).value()[-4:])
+        output.set_value(context.get_discrete_state_vector().value()[-4:])
 
     def _update(self, context, state):
         plant = self._plant.Eval(context)
-        sample = inclination(plant[:4], plant[self._velocity : self._velocity + 3])
-        sample += self._bias + self._scale * self._noise(round(context.get_time() / self._period))
-        line = context.get_discrete_state(self._state).value()
-        state.set_value(self._state, np.concatenate([sample, line[:-4]]))
+        sample = inclination(plant[:4].tolist(), plant[self._angular_velocity].tolist())
+        sample += self._bias + self._noise(round(context.get_time() / self._period))
+        line = context.get_discrete_state_vector().value()
+        state.set_value(np.concatenate([sample, line[:-4]]))

@@ -12,6 +12,7 @@ are our own.
 | Lambda_mod  | `modified_wrench` |
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -38,7 +39,7 @@ class ImuStabilizerParams:
     damping: float = parameter(300.0, "torque per rate of inclination", "Nms/rad", minimum=0)
     torque_limit: float = parameter(120.0, "greatest torque that is added", "Nm", above=0)
     height_stiffness: float = parameter(
-        3000.0, "vertical force per missing CoM height", "N/m", minimum=0
+        1500.0, "vertical force per missing CoM height", "N/m", minimum=0
     )
 
     def __post_init__(self):
@@ -46,8 +47,8 @@ class ImuStabilizerParams:
 
 
 def stabilize(
-    ideal: np.ndarray,
-    orientation: np.ndarray,
+    ideal: Sequence[float],
+    orientation: Sequence[float],
     sinking: float,
     stiffness: float,
     damping: float,
@@ -60,17 +61,28 @@ def stabilize(
         ideal: Lambda_id = [F, T] in T (N, Nm), shape (6,).
         orientation: phi_x, phi_y (rad) and their rates (rad/s), shape (4,).
         sinking: by how much the force control has lowered the CoM over the feet (m).
-        stiffness, damping, torque_limit, height_stiffness: see `ImuStabilizerParams`.
+        stiffness: torque per inclination (Nm/rad).
+        damping: torque per rate of inclination (Nms/rad).
+        torque_limit: greatest torque that is added (Nm).
+        height_stiffness: vertical force per sinking (N/m).
 
     Returns:
         [F, T] in T, shape (6,).
     """
-    modified = ideal.copy()
-    for i in (0, 1):
-        torque = stiffness * orientation[i] + damping * orientation[2 + i]
-        modified[3 + i] -= min(max(torque, -torque_limit), torque_limit)
-    modified[2] += height_stiffness * sinking
-    return modified
+    f_x, f_y, f_z, t_x, t_y, t_z = ideal
+    phi_x, phi_y, rate_x, rate_y = orientation
+    torque_x = stiffness * phi_x + damping * rate_x
+    torque_y = stiffness * phi_y + damping * rate_y
+    return np.array(
+        [
+            f_x,
+            f_y,
+            f_z + height_stiffness * sinking,
+            t_x - min(max(torque_x, -torque_limit), torque_limit),
+            t_y - min(max(torque_y, -torque_limit), torque_limit),
+            t_z,
+        ]
+    )
 
 
 class ImuStabilizer(LeafSystem):
@@ -116,13 +128,13 @@ class ImuStabilizer(LeafSystem):
         )
 
     def _calc(self, context, output):
-        load = self._phase.Eval(context)[_LOAD]
-        left, right = (port.Eval(context)[_DELTA_Z] for port in self._modifications)
+        load_left, load_right = self._phase.Eval(context)[_LOAD].tolist()
+        left, right = (port.Eval(context).item(_DELTA_Z) for port in self._modifications)
         output.set_value(
             stabilize(
-                self._ideal.Eval(context),
-                self._orientation.Eval(context),
-                load[0] * left + load[1] * right,
-                *context.get_numeric_parameter(self._gains).value(),
+                self._ideal.Eval(context).tolist(),
+                self._orientation.Eval(context).tolist(),
+                load_left * left + load_right * right,
+                *context.get_numeric_parameter(self._gains).value().tolist(),
             )
         )

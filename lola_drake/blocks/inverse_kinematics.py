@@ -26,9 +26,8 @@ from lola_drake.robot import FOOT_TASK, JOINT_INDEX, Kinematics
 from lola_drake.signals import DESIRED_WRENCH, JOINT_COMMAND, JOINTS, TASK_COMMAND, TASK_REFERENCE
 
 _N = len(JOINTS)
-_TOES = np.array([JOINT_INDEX["tzfl"], JOINT_INDEX["tzfr"]])
-_TOE_LIFT = np.array([1.0, -1.0])
-_PRESCRIBED = [JOINT_INDEX[name] for name in ("tzfr", "tzfl", "tvp", "tvt")]
+_PRESCRIBED = np.array([JOINT_INDEX[name] for name in ("tzfl", "tzfr", "tvp", "tvt")])
+_TOES, _TOE_RATES = TASK_REFERENCE.slice("toes"), TASK_REFERENCE.slice("toe_rates")
 _WRENCH_ROWS = np.concatenate([FORCE_CONTROLLED, FOOT_TASK + FORCE_CONTROLLED])
 
 
@@ -58,12 +57,21 @@ def null_space_motion(
     comfort: np.ndarray,
     lower: np.ndarray,
     upper: np.ndarray,
-    params: InverseKinematicsParams,
+    comfort_gain: float,
+    limit_gain: float,
 ) -> np.ndarray:
-    """Return the joint rates that descend the cost (rad/s): comfort pose and joint limits."""
-    margin = params.limit_margin
-    over = np.maximum(q - (upper - margin), 0.0) + np.minimum(q - (lower + margin), 0.0)
-    return params.comfort_gain * (comfort - q) - params.limit_gain * over
+    """Return the joint rates that descend the cost (rad/s).
+
+    Args:
+        q: joint angles (rad), shape (n,).
+        comfort: the comfort pose, shape (n,).
+        lower: the angles below which a joint retreats from its limit, shape (n,).
+        upper: the angles above which it does, shape (n,).
+        comfort_gain: return to the comfort pose (1/s).
+        limit_gain: retreat from the limits (1/s).
+    """
+    beyond = q - np.minimum(np.maximum(q, lower), upper)
+    return comfort_gain * (comfort - q) - limit_gain * beyond
 
 
 def resolve_rates(
@@ -129,10 +137,11 @@ class InverseKinematics(LeafSystem):
         super().__init__()
         self._params, self._kinematics, self._period = params, kinematics, period
         self._comfort = initial.copy()
-        self._lower, self._upper = kinematics.position_limits
+        lower, upper = kinematics.position_limits
+        self._lower, self._upper = lower + params.limit_margin, upper - params.limit_margin
         self._mobility = np.ones(_N)
         self._mobility[_PRESCRIBED] = 0.0
-        self._state = self.DeclareDiscreteState(initial)
+        state = self.DeclareDiscreteState(initial)
         self._commands = [
             self.DeclareVectorInputPort(f"task_command_{foot}", TASK_COMMAND.size) for foot in "lr"
         ]
@@ -143,19 +152,21 @@ class InverseKinematics(LeafSystem):
             JOINT_COMMAND.name,
             JOINT_COMMAND.size,
             self._calc,
-            prerequisites_of_calc=inputs | {self.discrete_state_ticket(self._state)},
+            prerequisites_of_calc=inputs | {self.discrete_state_ticket(state)},
         )
         self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._update)
 
     def _calc(self, context, output):
-        q = context.get_discrete_state(self._state).value()
+        q = context.get_discrete_state_vector().value()
         left, right = (port.Eval(context) for port in self._commands)
         kinematics, params = self._kinematics, self._params
         kinematics.update(q)
         w = np.concatenate([left[:6], right[:6]])
         w_dot = np.concatenate([left[6:], right[6:]])
         correction = params.drift_correction / self._period
-        wish = null_space_motion(q, self._comfort, self._lower, self._upper, params)
+        wish = null_space_motion(
+            q, self._comfort, self._lower, self._upper, params.comfort_gain, params.limit_gain
+        )
         wish[_PRESCRIBED] = self._prescribed_rates(context, q, correction)
         rates = resolve_rates(
             kinematics.jacobian,
@@ -171,10 +182,9 @@ class InverseKinematics(LeafSystem):
     def _prescribed_rates(self, context, q: np.ndarray, correction: float) -> np.ndarray:
         """Return the rates of the toes and the head, in the order of _PRESCRIBED."""
         reference = self._reference.Eval(context)
-        target, rate = np.zeros(_N), np.zeros(_N)
-        target[_TOES] = _TOE_LIFT * reference[TASK_REFERENCE.slice("toes")]
-        rate[_TOES] = _TOE_LIFT * reference[TASK_REFERENCE.slice("toe_rates")]
-        return (rate + correction * (target - q))[_PRESCRIBED]
+        (left, right), (rate_left, rate_right) = reference[_TOES], reference[_TOE_RATES]
+        rates = np.array([rate_left, -rate_right, 0.0, 0.0])
+        return rates + correction * (np.array([left, -right, 0.0, 0.0]) - q[_PRESCRIBED])
 
     def _update(self, context, state):
-        state.set_value(self._state, self._output.Eval(context)[:_N])
+        state.set_value(self._output.Eval(context)[:_N])

@@ -24,7 +24,7 @@ class JointServosParams:
 
     position_gain: float = parameter(70.0, "of the position loop (estimate)", "1/s", above=0)
     velocity_bandwidth: float = parameter(
-        400.0, "of the velocity loop with the bare rotor (estimate)", "rad/s", above=0
+        800.0, "of the velocity loop with the bare rotor (estimate)", "rad/s", above=0
     )
     delay_ticks: int = parameter(1, "bus delay in control periods", "", minimum=1, maximum=20)
 
@@ -97,8 +97,8 @@ class JointServos(LeafSystem):
         self._speed_limit, self._torque_limit, self._period = speed_limit, torque_limit, period
         self._command = self.DeclareVectorInputPort("joint_command", JOINT_COMMAND.size)
         at_rest = np.concatenate([initial, np.zeros(2 * _N)])
-        self._state = self.DeclareDiscreteState(np.tile(at_rest, params.delay_ticks))
-        on = {self.discrete_state_ticket(self._state)}
+        state = self.DeclareDiscreteState(np.tile(at_rest, params.delay_ticks))
+        on = {self.discrete_state_ticket(state)}
         self.DeclareVectorOutputPort(
             "joint_desired_state", 2 * _N, self._calc_desired, prerequisites_of_calc=on
         )
@@ -108,13 +108,13 @@ class JointServos(LeafSystem):
         self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._update)
 
     def _calc_desired(self, context, output):
-        output.set_value(context.get_discrete_state(self._state).value()[-3 * _N : -_N])
+        output.set_value(context.get_discrete_state_vector().value()[-3 * _N : -_N])
 
     def _calc_feedforward(self, context, output):
-        output.set_value(context.get_discrete_state(self._state).value()[-_N:])
+        output.set_value(context.get_discrete_state_vector().value()[-_N:])
 
     def _update(self, context, state):
-        line = context.get_discrete_state(self._state).value()
+        line = context.get_discrete_state_vector().value()
         newest = limit_command(
             self._command.Eval(context),
             line[: 3 * _N],
@@ -122,4 +122,4 @@ class JointServos(LeafSystem):
             self._torque_limit,
             self._period,
         )
-        state.set_value(self._state, np.concatenate([newest, line[: -3 * _N]]))
+        state.set_value(np.concatenate([newest, line[: -3 * _N]]))

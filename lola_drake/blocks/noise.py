@@ -10,24 +10,25 @@ CHUNK = 1024
 
 
 class Noise:
-    """White Gaussian noise of unit variance; sample k is the same whenever it is asked for."""
+    """White Gaussian noise; sample k is the same whenever it is asked for."""
 
-    def __init__(self, size: int, seed: int, stream: int):
+    def __init__(self, deviation: np.ndarray, seed: int, stream: int):
         """Create the noise of one sensor.
 
         Args:
-            size: entries per sample.
+            deviation: standard deviation of every entry, shape (size,).
             seed: of the run.
             stream: number of the sensor; streams are independent.
         """
-        self._size, self._key = size, (seed, stream)
-        self._number, self._chunk = -1, np.empty((0, size))
+        self._deviation, self._key = deviation, (seed, stream)
+        self._number, self._chunk = -1, np.empty((0, len(deviation)))
 
     def __call__(self, k: int) -> np.ndarray:
         """Return sample k >= 0, shape (size,)."""
         number, row = divmod(k, CHUNK)
         if number != self._number:
             generator = np.random.default_rng([*self._key, number])
-            self._chunk = generator.standard_normal((CHUNK, self._size))
+            sample = generator.standard_normal((CHUNK, len(self._deviation)))
+            self._chunk = self._deviation * sample
             self._number = number
         return self._chunk[row]

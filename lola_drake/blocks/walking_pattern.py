@@ -12,25 +12,32 @@ publications (Buschmann et al. 2007, 2010). The numbers are our own choice unles
 """
 
 from collections import OrderedDict
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from pydrake.systems.framework import LeafSystem
 
 from lola_drake.parameters import parameter, validate
 from lola_drake.signals import (
+    CONTACT,
     GAIT_PHASE,
     IDEAL_WRENCH,
     PLANNED_MOTION,
     TASK_REFERENCE,
     WALK_COMMAND,
 )
-from lola_drake.theory.gait import LEFT, GaitTiming, foothold
+from lola_drake.theory.gait import LEFT, RIGHT, GaitTiming, advance, foothold
 from lola_drake.theory.leg_masses import LegModel
 from lola_drake.theory.step_plan import PatternModel, StepPlan, StepRequest, plan_step
 
 HORIZON = 3
 """Steps planned ahead; as on LOLA (interface headers, 2018)."""
+
+EARLY = (0.5, 0.88)
+"""Part of the swing in which a contact is an early one: after it, landing is near anyway."""
+
+RESET_SUPPORTS = np.arange(0.16, 0.45, 0.04)
+"""Durations of the double support that are tried after an early contact (s)."""
 
 
 @dataclass(frozen=True)
@@ -39,7 +46,7 @@ class WalkingPatternParams:
 
     step_time: float = parameter(0.8, "from touchdown to touchdown (paper)", "s", minimum=0.4)
     double_support: float = parameter(
-        0.2, "part of the step in which both feet carry (estimate)", "s", minimum=0.05
+        0.3, "part of the step in which both feet carry", "s", minimum=0.05
     )
     first_double_support: float = parameter(
         0.8, "shift of the load before the first step", "s", minimum=0.2
@@ -55,22 +62,28 @@ class WalkingPatternParams:
         0.87, "height of the CoM above the ground", "m", minimum=0.6, maximum=0.95
     )
     zmp_forward: float = parameter(
-        0.0, "ZMP under a loaded foot, forward of the TCP", "m", minimum=-0.1, maximum=0.1
+        -0.02, "ZMP under a loaded foot, forward of the TCP", "m", minimum=-0.1, maximum=0.1
     )
     zmp_inward: float = parameter(
-        0.03, "ZMP under a loaded foot, inward of the TCP", "m", minimum=-0.05, maximum=0.09
+        0.05, "ZMP under a loaded foot, inward of the TCP", "m", minimum=-0.05, maximum=0.09
     )
     blend_time: float = parameter(
         0.1, "duration of the blending between force and position control", "s", above=0
     )
     ground_stiffness: float = parameter(
-        4e5, "vertical stiffness of a foot, by which a loaded foot sinks in", "N/m", above=0
+        3e5, "vertical stiffness of a foot, by which a loaded foot sinks in", "N/m", above=0
     )
     horizontal_lead: float = parameter(
         0.05, "part of the swing before the foot moves forward", "-", minimum=0, maximum=0.4
     )
     horizontal_lag: float = parameter(
-        0.05, "part of the swing after it has moved forward", "-", minimum=0, maximum=0.4
+        0.15, "part of the swing after it has moved forward", "-", minimum=0, maximum=0.4
+    )
+    plateau: float = parameter(
+        0.1, "part of the swing that the foot stays at its highest", "-", minimum=0, maximum=0.6
+    )
+    phase_reset: bool = parameter(
+        False, "stop the swing and begin the double support at an early contact"
     )
     toe_lift: float = parameter(
         0.15, "lift of the toe in the middle of the swing", "rad", minimum=0, maximum=0.6
@@ -96,6 +109,7 @@ class WalkingPattern(LeafSystem):
         name: WalkingPattern
         input_ports:
         - walk_command
+        - contact
         output_ports:
         - task_reference
         - gait_phase
@@ -135,6 +149,7 @@ class WalkingPattern(LeafSystem):
         )
         self._plans: OrderedDict[bytes, tuple[StepRequest, StepPlan]] = OrderedDict()
         self.command = self.DeclareVectorInputPort("walk_command", WALK_COMMAND.size)
+        self.contact = self.DeclareVectorInputPort("contact", CONTACT.size)
         self._state = self.DeclareDiscreteState(pack_request(standing_request(params)))
         self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._update)
         on = {self.discrete_state_ticket(self._state), self.time_ticket()}
@@ -165,39 +180,71 @@ class WalkingPattern(LeafSystem):
 
     def _update(self, context, state) -> None:
         request, plan, row = self._plan(context)
-        standing = plan.load == 0.5 and request.load == 0.5
-        command = self.command.Eval(context)
+        following = self._following(context, request, plan, row)
+        if following is not None:
+            state.get_mutable_value(self._state)[:] = pack_request(following)
+
+    def _following(
+        self, context, request: StepRequest, plan: StepPlan, row: int
+    ) -> StepRequest | None:
+        """Return the request that replaces the present one in the next tick, if any does."""
         last = len(plan.gait_phase) - 1
-        if row + 1 < last and not (standing and self._wants_steps(context, command)):
-            return
-        self._begin_next(context, state, request, plan, min(row + 1, last), command)
-
-    def _begin_next(self, context, state, request, plan, row, command) -> None:
-        motion = plan.planned_motion[row]
-        stepped = plan.load != 0.5
-        following = StepRequest(
-            start_time=request.start_time + row * self._period,
-            step_index=request.step_index + stepped,
-            swing=1 - request.swing if stepped else request.swing,
+        swinging = plan.lift_off < np.inf
+        if swinging and self._touches_early(context, request, plan, row):
+            return self._reset(context, request, plan, row)
+        if row + 1 < last and (swinging or not len(self._next(context, request.step_index))):
+            return None
+        row = min(row + 1, last)
+        step_index = request.step_index + swinging
+        coming = self._next(context, step_index)
+        standing = plan.load == 0.5
+        first = self.params.first_double_support if standing else self.params.double_support
+        return replace(
+            continued(request, plan, row, self._period),
+            step_index=step_index,
+            swing=1 - request.swing if swinging else request.swing,
             load=plan.load,
-            com=motion[PLANNED_MOTION.slice("com")],
-            com_velocity=motion[PLANNED_MOTION.slice("com_velocity")],
-            feet=(
-                motion[PLANNED_MOTION.slice("foot_l")],
-                motion[PLANNED_MOTION.slice("foot_r")],
-            ),
             path=plan.path,
-            displacements=self._displacements(context, request.step_index + stepped, command),
+            support=first,
+            displacements=coming,
         )
-        state.get_mutable_value(self._state)[:] = pack_request(following)
 
-    def _wants_steps(self, context, command: np.ndarray) -> bool:
-        step_index = int(context.get_discrete_state(self._state).value()[1])
-        return len(self._displacements(context, step_index, command)) > 0
+    def _touches_early(self, context, request: StepRequest, plan: StepPlan, row: int) -> bool:
+        """Return whether the swing foot has met the ground where it should not yet."""
+        if not self.params.phase_reset:
+            return False
+        swing = (row * self._period - plan.lift_off) / (plan.duration - plan.lift_off)
+        if not EARLY[0] < swing < EARLY[1]:
+            return False
+        pads = self.contact.Eval(context)[4 * request.swing : 4 * request.swing + 4]
+        return bool(pads.any())
 
-    def _displacements(self, context, step_index: int, command: np.ndarray) -> np.ndarray:
-        """Return the next steps that are asked for, at most the horizon."""
+    def _reset(self, context, request: StepRequest, plan: StepPlan, row: int) -> StepRequest:
+        """Return the request that takes the touched ground for the foothold: the phase reset.
+
+        The foot stops where it is, and the double support begins. Its duration is the one for
+        which the CoM, as it moves now, asks for the least shift of the ZMP. Behind the foothold
+        the ground may go on or fall back: it is expected half-way, which is never far wrong.
+        """
+        stopped = continued(request, plan, row, self._period)
+        foot, side = stopped.feet[request.swing], 1.0 if request.swing == LEFT else -1.0
+        landed = replace(
+            stopped,
+            step_index=request.step_index + 1,
+            swing=1 - request.swing,
+            load=float(request.swing == RIGHT),
+            path=advance(foot[[0, 1, 3]], np.array([0.0, -side * self.params.step_width / 2, 0.0])),
+            ground=(request.ground + foot[2]) / 2,
+            displacements=self._next(context, request.step_index + 1),
+        )
+        candidates = [replace(landed, support=support) for support in RESET_SUPPORTS]
+        shifts = [np.abs(plan_step(self._model, c).zmp_shift).max() for c in candidates]
+        return candidates[int(np.argmin(shifts))]
+
+    def _next(self, context, step_index: int) -> np.ndarray:
+        """Return the displacements of the next steps that are asked for, at most the horizon."""
         if self._steps is None:
+            command = self.command.Eval(context)
             moving = bool(np.any(command))
             return np.tile(command * self.params.step_time, (HORIZON if moving else 0, 1))
         if context.get_time() < self._start_time - 0.5 * self._period:
@@ -205,10 +252,24 @@ class WalkingPattern(LeafSystem):
         return self._steps[step_index : step_index + HORIZON]
 
 
+def continued(request: StepRequest, plan: StepPlan, row: int, period: float) -> StepRequest:
+    """Return the request with the plan's motion in a row as its start."""
+    motion = plan.planned_motion[row]
+    return replace(
+        request,
+        start_time=request.start_time + row * period,
+        com=motion[PLANNED_MOTION.slice("com")],
+        com_velocity=motion[PLANNED_MOTION.slice("com_velocity")],
+        feet=(motion[PLANNED_MOTION.slice("foot_l")], motion[PLANNED_MOTION.slice("foot_r")]),
+        heading=float(motion[PLANNED_MOTION.index("heading")]),
+        blend=plan.gait_phase[row, GAIT_PHASE.slice("blend")],
+    )
+
+
 def standing_request(params: WalkingPatternParams) -> StepRequest:
     """Return the request of a robot that stands at the plan's origin."""
     feet = []
-    for foot in (0, 1):
+    for foot in (LEFT, RIGHT):
         x, y, yaw = foothold(np.zeros(3), foot, params.step_width)
         feet.append(np.array([x, y, 0.0, yaw]))
     return StepRequest(
@@ -220,6 +281,10 @@ def standing_request(params: WalkingPatternParams) -> StepRequest:
         com_velocity=np.zeros(3),
         feet=(feet[0], feet[1]),
         path=np.zeros(3),
+        ground=0.0,
+        heading=0.0,
+        support=params.first_double_support,
+        blend=np.ones(2),
         displacements=np.zeros((0, 3)),
     )
 
@@ -235,6 +300,8 @@ def pack_request(request: StepRequest) -> np.ndarray:
             request.com_velocity,
             *request.feet,
             request.path,
+            [request.ground, request.heading, request.support],
+            request.blend,
             [len(request.displacements)],
             displacements.ravel(),
         ]
@@ -243,15 +310,22 @@ def pack_request(request: StepRequest) -> np.ndarray:
 
 def unpack_request(vector: np.ndarray) -> StepRequest:
     """Return the request that `pack_request` wrote."""
-    count = int(vector[21])
+    start_time, step_index, swing, load = vector[:4]
+    com, com_velocity, left, right, path, pace, blend, count, displacements = np.split(
+        vector[4:].copy(), np.cumsum([3, 3, 4, 4, 3, 3, 2, 1])
+    )
     return StepRequest(
-        start_time=vector[0],
-        step_index=int(vector[1]),
-        swing=int(vector[2]),
-        load=vector[3],
-        com=vector[4:7].copy(),
-        com_velocity=vector[7:10].copy(),
-        feet=(vector[10:14].copy(), vector[14:18].copy()),
-        path=vector[18:21].copy(),
-        displacements=vector[22:].reshape(-1, 3)[:count].copy(),
+        start_time=start_time,
+        step_index=int(step_index),
+        swing=int(swing),
+        load=load,
+        com=com,
+        com_velocity=com_velocity,
+        feet=(left, right),
+        path=path,
+        ground=pace[0],
+        heading=pace[1],
+        support=pace[2],
+        blend=blend,
+        displacements=displacements.reshape(-1, 3)[: int(count[0])],
     )

@@ -5,11 +5,12 @@ the other foot; it ends with the planned touchdown. Everything that moves is a s
 transitions, so a schedule is a handful of numbers and can be evaluated at any times at once.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
 
-from lola_drake.theory.smooth import quintic
+from lola_drake.theory.smooth import linear, quintic
 
 LEFT, RIGHT = 0, 1
 
@@ -21,10 +22,12 @@ class Profile:
     Attributes:
         start: the value before the first change, shape (d,).
         changes: entries (time from, time to, change of the value with shape (d,)).
+        transition: how a change goes from 0 to 1, see `smooth`.
     """
 
     start: np.ndarray
     changes: list[tuple[float, float, np.ndarray]] = field(default_factory=list)
+    transition: Callable = quintic
 
     @property
     def end(self) -> np.ndarray:
@@ -37,13 +40,12 @@ class Profile:
 
     def __call__(self, time: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return value and rate, each of shape (len(time), d)."""
-        value = np.tile(np.asarray(self.start, dtype=float), (len(time), 1))
-        rate = np.zeros_like(value)
-        for t_from, t_to, change in self.changes:
-            s, ds, _ = quintic((time - t_from) / (t_to - t_from))
-            value += s[:, None] * change
-            rate += (ds / (t_to - t_from))[:, None] * change
-        return value, rate
+        begun = [change for change in self.changes if change[0] < time[-1]]
+        t_from, t_to = np.array([change[:2] for change in begun]).reshape(-1, 2).T
+        change = np.array([change[2] for change in begun]).reshape(-1, len(self.start))
+        duration = t_to - t_from
+        s, ds, _ = self.transition((time[:, None] - t_from) / duration)
+        return self.start + s @ change, (ds / duration) @ change
 
 
 @dataclass(frozen=True)
@@ -52,13 +54,13 @@ class GaitTiming:
 
     step_time: float
     double_support: float
-    first_double_support: float
     last_double_support: float
     step_height: float
     step_width: float
     com_height: float
     horizontal_lead: float
     horizontal_lag: float
+    plateau: float
     toe_lift: float
 
 
@@ -105,8 +107,11 @@ def make_schedule(
     feet: tuple[np.ndarray, np.ndarray],
     load: float,
     height: float,
+    heading: float,
     path: np.ndarray,
+    ground: float,
     swing: int,
+    support: float,
     displacements: np.ndarray,
 ) -> Schedule:
     """Lay out steps from the present state until the robot stands again.
@@ -116,8 +121,11 @@ def make_schedule(
         feet: poses x, y, z, yaw of the left and right TCP.
         load: the left foot's present share of the load; 0.5 means standing.
         height: the CoM's present height (m).
+        heading: the torso's present yaw (rad).
         path: the robot's present frame (x, y, yaw).
+        ground: height at which the coming footholds are expected (m).
         swing: which foot swings first.
+        support: duration of the first double support (s).
         displacements: one row (forward, left, turn) per step, shape (n, 3).
 
     Returns:
@@ -127,22 +135,19 @@ def make_schedule(
     plan = Schedule(
         foot=(Profile(feet[LEFT]), Profile(feet[RIGHT])),
         toe=(Profile(np.zeros(1)), Profile(np.zeros(1))),
-        load=Profile(np.array([load])),
-        heading=Profile(path[2:]),
+        load=Profile(np.array([load]), transition=linear),
+        heading=Profile(np.array([heading])),
         height=Profile(np.array([height])),
     )
-    standing = load not in (0.0, 1.0)
     for displacement in displacements:
         path = advance(path, displacement)
-        support = timing.first_double_support if standing else timing.double_support
-        _add_step(plan, timing, support, swing, path)
-        standing, swing = False, 1 - swing
+        _add_step(plan, timing, support, swing, path, ground)
+        support, swing = timing.double_support, 1 - swing
     if not _side_by_side(plan, timing, path, swing):
-        support = timing.first_double_support if standing else timing.double_support
-        _add_step(plan, timing, support, swing, path)
-    support = timing.last_double_support
-    plan.load.add(plan.end, plan.end + support, 0.5 - plan.load.end)
-    plan.end += support
+        _add_step(plan, timing, support, swing, path, ground)
+    settled = plan.end + timing.last_double_support
+    plan.load.add(plan.end, settled, 0.5 - plan.load.end)
+    plan.end = settled
     return plan
 
 
@@ -152,30 +157,36 @@ def _side_by_side(plan: Schedule, timing: GaitTiming, path: np.ndarray, foot: in
 
 
 def _add_step(
-    plan: Schedule, timing: GaitTiming, support: float, swing: int, path: np.ndarray
+    plan: Schedule,
+    timing: GaitTiming,
+    support: float,
+    swing: int,
+    path: np.ndarray,
+    ground: float,
 ) -> None:
     lift_off = plan.end + support
     touchdown = lift_off + timing.step_time - timing.double_support
     duration, middle = touchdown - lift_off, (lift_off + touchdown) / 2
+    up, down = middle - timing.plateau * duration / 2, middle + timing.plateau * duration / 2
     plan.load.add(plan.end, lift_off, float(swing == RIGHT) - plan.load.end)
     foot = plan.foot[swing]
     x, y, yaw = foothold(path, swing, timing.step_width)
     stance_z = plan.foot[1 - swing].end[2]
-    top = max(foot.end[2], stance_z) + timing.step_height
-    rise, fall = top - foot.end[2], stance_z - top
+    top = max(foot.end[2], stance_z, ground) + timing.step_height
+    rise, fall = top - foot.end[2], ground - top
     horizontal = np.array([x, y, 0, yaw]) - foot.end * [1, 1, 0, 1]
     foot.add(
         lift_off + timing.horizontal_lead * duration,
         touchdown - timing.horizontal_lag * duration,
         horizontal,
     )
-    foot.add(lift_off, middle, np.array([0, 0, rise, 0]))
-    foot.add(middle, touchdown, np.array([0, 0, fall, 0]))
-    plan.toe[swing].add(lift_off, middle, [timing.toe_lift])
-    plan.toe[swing].add(middle, touchdown, [-timing.toe_lift])
+    foot.add(lift_off, up, np.array([0, 0, rise, 0]))
+    foot.add(down, touchdown, np.array([0, 0, fall, 0]))
+    plan.toe[swing].add(lift_off, up, [timing.toe_lift])
+    plan.toe[swing].add(down, touchdown, [-timing.toe_lift])
     plan.heading.add(lift_off, touchdown, path[2:] - plan.heading.end)
-    ground = (stance_z + foot.end[2]) / 2
-    plan.height.add(lift_off, touchdown, timing.com_height + ground - plan.height.end)
+    level = timing.com_height + (stance_z + ground) / 2
+    plan.height.add(lift_off, touchdown, level - plan.height.end)
     plan.swings.append((swing, lift_off, touchdown))
     plan.path.append(path)
     plan.end = touchdown

@@ -70,51 +70,78 @@ def angular_momentum(
     Returns:
         Angular momentum (Nms), shape (n, 3).
     """
-    ankles = [p + _turn(a, legs.p_TcpAnkle) for p, a in zip(p_PTcp, yaw, strict=True)]
-    feet = [p + _turn(a, legs.p_TcpFoot) for p, a in zip(p_PTcp, yaw, strict=True)]
-    masses, bodies, links = _posture(legs, com, heading, ankles, feet)
-    momentum = np.zeros_like(com)
-    v_com = np.gradient(com, step, axis=0)
-    for mass, p in zip(masses, bodies, strict=True):
-        momentum += mass * np.cross(p - com, np.gradient(p, step, axis=0) - v_com)
-    for inertia, direction in links:
-        momentum += inertia * np.cross(direction, np.gradient(direction, step, axis=0))
-    return momentum
+    tcps, yaws = np.array(p_PTcp), np.array(yaw)
+    ankles, feet = tcps + _turn(yaws, legs.p_TcpAnkle), tcps + _turn(yaws, legs.p_TcpFoot)
+    bodies, links = _posture(legs, com, heading, ankles, feet)
+    inertias = np.repeat([legs.thigh_inertia, legs.shank_inertia], 2)
+    velocity = np.gradient(bodies, step, axis=1) - np.gradient(com, step, axis=0)
+    orbital = np.cross(bodies - com, velocity)
+    spin = np.cross(links, np.gradient(links, step, axis=1))
+    return np.tensordot(_masses(legs), orbital, 1) + np.tensordot(inertias, spin, 1)
 
 
-def _posture(legs, com, heading, ankles, feet):
-    """Return masses, their positions, and the links' inertias with their directions."""
-    hips_T = (legs.p_THip, legs.p_THip * [1, -1, 1])
-    forward = _turn(heading, np.array([1.0, 0.0, 0.0]))
-    torso = com - _turn(heading, legs.p_TBody)
-    masses = [legs.body_mass, *2 * [legs.thigh_mass, legs.shank_mass, legs.foot_mass]]
+def _masses(legs: LegModel) -> np.ndarray:
+    """Return the masses of the body, the thighs, the shanks and the feet (kg), shape (7,)."""
+    return np.array(
+        [legs.body_mass, *np.repeat([legs.thigh_mass, legs.shank_mass, legs.foot_mass], 2)]
+    )
+
+
+def _posture(
+    legs: LegModel, com: np.ndarray, heading: np.ndarray, ankles: np.ndarray, feet: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return the posture in which the given CoM, ankles and feet belong together.
+
+    Args:
+        legs: the lumped robot.
+        com: CoM (m), shape (n, 3).
+        heading: the torso's yaw (rad), shape (n,).
+        ankles: of the left and right leg (m), shape (2, n, 3).
+        feet: CoM of the left and right foot (m), shape (2, n, 3).
+
+    Returns:
+        Where the masses are (m), in the order of `_masses`, shape (7, n, 3), and the directions of
+        the thighs and shanks, shape (4, n, 3).
+    """
+    masses, forward = _masses(legs), _turn(heading, np.array([1.0, 0.0, 0.0]))
+    body = _turn(heading, legs.p_TBody)
+    hip_left, hip_right = (_turn(heading, legs.p_THip * [1, side, 1]) for side in (1, -1))
+    torso = com - body
     # The torso's place follows from the CoM, which depends on the legs: a quick contraction.
     for _ in range(4):
-        bodies, links = [torso + _turn(heading, legs.p_TBody)], []
-        for p_THip, ankle, foot in zip(hips_T, ankles, feet, strict=True):
-            hip = torso + _turn(heading, p_THip)
-            knee = _knee(legs, hip, ankle, forward)
-            thigh, shank = (knee - hip) / legs.thigh_length, (ankle - knee) / legs.shank_length
-            bodies += [hip + legs.thigh_com * thigh, knee + legs.shank_com * shank, foot]
-            links += [(legs.thigh_inertia, thigh), (legs.shank_inertia, shank)]
-        error = com - sum(m * p for m, p in zip(masses, bodies, strict=True)) / legs.mass
-        torso = torso + error
-    return masses, bodies, links
+        hips = torso + np.array([hip_left, hip_right])
+        knees = _knees(legs, hips, ankles, forward)
+        thighs, shanks = (knees - hips) / legs.thigh_length, (ankles - knees) / legs.shank_length
+        bodies = np.concatenate(
+            [
+                [torso + body],
+                hips + legs.thigh_com * thighs,
+                knees + legs.shank_com * shanks,
+                feet,
+            ]
+        )
+        torso = torso + com - np.tensordot(masses, bodies, 1) / legs.mass
+    return bodies, np.concatenate([thighs, shanks])
 
 
-def _knee(legs: LegModel, hip: np.ndarray, ankle: np.ndarray, forward: np.ndarray) -> np.ndarray:
-    """Return the knee of a two-link leg that bends forward; an over-stretched leg is straight."""
-    line = ankle - hip
-    distance = np.sqrt(np.einsum("ij,ij->i", line, line))[:, None]
+def _knees(legs: LegModel, hips: np.ndarray, ankles: np.ndarray, forward: np.ndarray) -> np.ndarray:
+    """Return the knees of two-link legs that bend forward; an over-stretched leg is straight."""
+    line = ankles - hips
+    distance = np.sqrt(_dot(line, line))
     along = line / distance
-    normal = forward - np.einsum("ij,ij->i", forward, along)[:, None] * along
-    normal /= np.sqrt(np.einsum("ij,ij->i", normal, normal))[:, None]
+    normal = forward - _dot(forward, along) * along
+    normal /= np.sqrt(_dot(normal, normal))
     upper = (distance**2 + legs.thigh_length**2 - legs.shank_length**2) / (2 * distance)
     bend = np.sqrt(np.maximum(legs.thigh_length**2 - upper**2, 0.0))
-    return hip + upper * along + bend * normal
+    return hips + upper * along + bend * normal
+
+
+def _dot(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """Return the scalar products of vectors, shape (..., 1)."""
+    return np.einsum("...i,...i->...", a, b)[..., None]
 
 
 def _turn(yaw: np.ndarray, p: np.ndarray) -> np.ndarray:
-    """Return the vector p turned by each yaw about z, shape (n, 3)."""
+    """Return the vector p turned by each yaw about z, shape (..., 3)."""
     c, s = np.cos(yaw), np.sin(yaw)
-    return np.column_stack([c * p[0] - s * p[1], s * p[0] + c * p[1], np.full_like(c, p[2])])
+    return np.stack([c * p[0] - s * p[1], s * p[0] + c * p[1], np.full_like(c, p[2])], axis=-1)

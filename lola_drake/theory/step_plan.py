@@ -33,6 +33,10 @@ class StepRequest:
         com, com_velocity: the plan's CoM at the start in P (m, m/s), shape (3,).
         feet: TCP poses x, y, z, yaw in P, left and right, each of shape (4,).
         path: the robot's frame on the ground x, y (m), yaw (rad).
+        ground: height in P at which the coming footholds are expected (m).
+        heading: the torso's yaw at the start (rad).
+        support: duration of the double support that begins the step (s).
+        blend: b_f of the left and right foot at the start, shape (2,).
         displacements: (forward, left, turn) of the coming steps, shape (n, 3); none to stand.
     """
 
@@ -44,6 +48,10 @@ class StepRequest:
     com_velocity: np.ndarray
     feet: tuple[np.ndarray, np.ndarray]
     path: np.ndarray
+    ground: float
+    heading: float
+    support: float
+    blend: np.ndarray
     displacements: np.ndarray
 
 
@@ -53,6 +61,7 @@ class StepPlan:
 
     Attributes:
         duration: until the planned touchdown (s).
+        lift_off: when the foot lifts off, inf if it does not (s).
         task_reference, gait_phase, ideal_wrench, planned_motion: one row per tick, laid out as
             the signals of the same names.
         load: the left foot's share of the load at the end.
@@ -61,6 +70,7 @@ class StepPlan:
     """
 
     duration: float
+    lift_off: float
     task_reference: np.ndarray
     gait_phase: np.ndarray
     ideal_wrench: np.ndarray
@@ -99,8 +109,11 @@ def plan_step(model: PatternModel, request: StepRequest) -> StepPlan:
         request.feet,
         request.load,
         request.com[2],
+        request.heading,
         request.path,
+        request.ground,
         request.swing,
+        request.support,
         request.displacements,
     )
     stepping = len(schedule.swings) > 0
@@ -108,53 +121,82 @@ def plan_step(model: PatternModel, request: StepRequest) -> StepPlan:
     # The ZMP is moved while both feet carry: there it has the most room.
     shifting = schedule.swings[0][1] if stepping else schedule.end
     com, shift = _solve_horizon(model, request, schedule, shifting)
-    time = model.period * np.arange(round(duration / model.period) + 1)
+    at = _sample(schedule, model.period * np.arange(round(duration / model.period) + 1))
+    motion = com(at.time)
+    zmp = _zmp(model, at) + bump(at.time / shifting)[:, None] * shift
     return StepPlan(
         duration=duration,
-        task_reference=_task_reference(model, schedule, com, time),
-        gait_phase=_gait_phase(model, request, schedule, time),
-        ideal_wrench=_ideal_wrench(model, schedule, com, shift, shifting, time),
-        planned_motion=_planned_motion(model, schedule, com, shift, shifting, time),
+        lift_off=shifting if stepping else np.inf,
+        task_reference=_task_reference(model, schedule, at, motion),
+        gait_phase=_gait_phase(model, request, schedule, at),
+        ideal_wrench=_ideal_wrench(model, at, motion, zmp),
+        planned_motion=_planned_motion(at, motion, zmp),
         load=float(request.swing == RIGHT) if stepping else 0.5,
         path=schedule.path[0] if stepping else request.path,
         zmp_shift=shift,
     )
 
 
+@dataclass(frozen=True)
+class _Sampled:
+    """A schedule at given times: one row per time.
+
+    Attributes:
+        time: (s), shape (n,).
+        pose, rate: of the left and the right TCP, each of shape (n, 4).
+        load, load_rate: the left foot's share of the load, shape (n,).
+        heading, turn: the torso's yaw (rad) and its rate (rad/s), shape (n,).
+    """
+
+    time: np.ndarray
+    pose: tuple[np.ndarray, np.ndarray]
+    rate: tuple[np.ndarray, np.ndarray]
+    load: np.ndarray
+    load_rate: np.ndarray
+    heading: np.ndarray
+    turn: np.ndarray
+
+    @property
+    def ground(self) -> np.ndarray:
+        """Return the height of the ZMP's plane: that of the feet, weighted by their loads."""
+        left, right = self.pose
+        return self.load * left[:, 2] + (1 - self.load) * right[:, 2]
+
+
+def _sample(schedule: Schedule, time: np.ndarray) -> _Sampled:
+    pose, rate = zip(*(profile(time) for profile in schedule.foot), strict=True)
+    load, load_rate = (value[:, 0] for value in schedule.load(time))
+    heading, turn = (value[:, 0] for value in schedule.heading(time))
+    return _Sampled(time, pose, rate, load, load_rate, heading, turn)
+
+
 def _solve_horizon(
     model: PatternModel, request: StepRequest, schedule: Schedule, shifting: float
 ) -> tuple[KnotSpline, np.ndarray]:
     """Return the CoM over the horizon, and the ZMP's shift until the time `shifting`."""
-    time = np.arange(0.0, schedule.end + SETTLING, KNOT_STEP)
-    height = _height(schedule, time)
-    stiffness = (GRAVITY + height.acceleration[:, 0]) / (
-        height.position[:, 0] - _ground(schedule, time)
+    at = _sample(schedule, np.arange(0.0, schedule.end + SETTLING, KNOT_STEP))
+    height = _height(schedule, at.time)
+    lifting = GRAVITY + height.acceleration[:, 0]
+    stiffness = lifting / (height.position[:, 0] - at.ground)
+    zmp, shape = _zmp(model, at), bump(at.time / shifting)
+
+    def solve(zmp: np.ndarray) -> tuple[KnotSpline, np.ndarray]:
+        start, velocity = request.com[:2], request.com_velocity[:2]
+        return solve_com(KNOT_STEP, stiffness, zmp, shape, start, velocity)
+
+    # The legs' angular momentum depends on the CoM and the CoM on it: one correction settles it.
+    horizontal, _ = solve(zmp)
+    momentum = angular_momentum(
+        model.legs,
+        KNOT_STEP,
+        np.column_stack([horizontal.position, height.position]),
+        at.heading,
+        tuple(pose[:, :3] for pose in at.pose),
+        tuple(pose[:, 3] for pose in at.pose),
     )
-    zmp = _zmp(model, schedule, time)
-    feet = [profile(time)[0] for profile in schedule.foot]
-    heading = schedule.heading(time)[0][:, 0]
-    force = model.legs.mass * (GRAVITY + height.acceleration[:, 0])
-    correction = np.zeros_like(zmp)
-    # The legs' angular momentum depends on the CoM and the CoM on it: two passes settle it.
-    for _ in range(2):
-        horizontal, shift = solve_com(
-            KNOT_STEP,
-            stiffness,
-            zmp + correction,
-            bump(time / shifting),
-            request.com[:2],
-            request.com_velocity[:2],
-        )
-        momentum = angular_momentum(
-            model.legs,
-            KNOT_STEP,
-            np.column_stack([horizontal.position, height.position]),
-            heading,
-            (feet[LEFT][:, :3], feet[RIGHT][:, :3]),
-            (feet[LEFT][:, 3], feet[RIGHT][:, 3]),
-        )
-        rate = np.gradient(momentum, KNOT_STEP, axis=0)
-        correction = np.column_stack([rate[:, 1], -rate[:, 0]]) / force[:, None]
+    rate = np.gradient(momentum, KNOT_STEP, axis=0)
+    correction = np.column_stack([rate[:, 1], -rate[:, 0]]) / (model.legs.mass * lifting)[:, None]
+    horizontal, shift = solve(zmp + correction)
     com = KnotSpline(
         KNOT_STEP,
         np.column_stack([horizontal.position, height.position]),
@@ -173,116 +215,91 @@ def _height(schedule: Schedule, time: np.ndarray) -> KnotSpline:
     return KnotSpline(KNOT_STEP, position, velocity, acceleration)
 
 
-def _ground(schedule: Schedule, time: np.ndarray) -> np.ndarray:
-    """Return the height of the ZMP's plane: that of the feet, weighted by their loads."""
-    load = schedule.load(time)[0][:, 0]
-    left, right = (profile(time)[0][:, 2] for profile in schedule.foot)
-    return load * left + (1 - load) * right
-
-
-def _zmp(model: PatternModel, schedule: Schedule, time: np.ndarray) -> np.ndarray:
-    load = schedule.load(time)[0]
+def _zmp(model: PatternModel, at: _Sampled) -> np.ndarray:
     forward, inward = model.p_TcpZmp
-    points = []
-    for foot, side in ((LEFT, -1.0), (RIGHT, 1.0)):
-        pose = schedule.foot[foot](time)[0]
+    zmp = 0.0
+    for pose, share, left in zip(at.pose, (at.load, 1 - at.load), (-inward, inward), strict=True):
         c, s = np.cos(pose[:, 3]), np.sin(pose[:, 3])
-        left = side * inward
         offset = np.column_stack([c * forward - s * left, s * forward + c * left])
-        points.append(pose[:, :2] + offset)
-    return load * points[LEFT] + (1 - load) * points[RIGHT]
+        zmp = zmp + share[:, None] * (pose[:, :2] + offset)
+    return zmp
 
 
-def _shifted_zmp(model, schedule, shift, shifting, time):
-    return _zmp(model, schedule, time) + bump(time / shifting)[:, None] * shift
+_Motion = tuple[np.ndarray, np.ndarray, np.ndarray]
+"""The CoM's position, velocity and acceleration, each of shape (n, 3)."""
 
 
 def _task_reference(
-    model: PatternModel, schedule: Schedule, com: KnotSpline, time: np.ndarray
+    model: PatternModel, schedule: Schedule, at: _Sampled, com: _Motion
 ) -> np.ndarray:
     """Return w_id and its rate: the feet relative to the CoM, seen from the torso frame.
 
     A loaded foot sinks in; the reference is lowered by as much, so that the CoM keeps its height
     and the swing foot meets the ground when it should.
     """
-    table = np.zeros((len(time), TASK_REFERENCE.size))
-    c_position, c_velocity, _ = com(time)
-    heading, turn = (value[:, 0] for value in schedule.heading(time))
-    load, loading = (value[:, 0] for value in schedule.load(time))
+    table = np.zeros((len(at.time), TASK_REFERENCE.size))
+    c_position, c_velocity, _ = com
     sink = model.legs.mass * GRAVITY / model.ground_stiffness
     for foot, name, share, share_rate in (
-        (LEFT, "l", load, loading),
-        (RIGHT, "r", 1 - load, -loading),
+        (LEFT, "l", at.load, at.load_rate),
+        (RIGHT, "r", 1 - at.load, -at.load_rate),
     ):
-        pose, rate = schedule.foot[foot](time)
-        pose[:, 2] -= sink * share
-        rate[:, 2] -= sink * share_rate
-        p = _unturn(heading, pose[:, :3] - c_position)
-        v = _unturn(heading, rate[:, :3] - c_velocity)
-        v += turn[:, None] * np.column_stack([p[:, 1], -p[:, 0], np.zeros(len(time))])
+        pose, rate = at.pose[foot], at.rate[foot]
+        position, velocity = pose[:, :3] - c_position, rate[:, :3] - c_velocity
+        position[:, 2] -= sink * share
+        velocity[:, 2] -= sink * share_rate
+        p, v = _unturn(at.heading, position), _unturn(at.heading, velocity)
+        v += at.turn[:, None] * np.column_stack([p[:, 1], -p[:, 0], np.zeros(len(p))])
         w, w_dot = TASK_REFERENCE.slice(f"w_{name}"), TASK_REFERENCE.slice(f"w_dot_{name}")
         table[:, w.start : w.start + 3] = p
-        table[:, w.stop - 1] = pose[:, 3] - heading
+        table[:, w.stop - 1] = pose[:, 3] - at.heading
         table[:, w_dot.start : w_dot.start + 3] = v
-        table[:, w_dot.stop - 1] = rate[:, 3] - turn
-        lift, lift_rate = schedule.toe[foot](time)
+        table[:, w_dot.stop - 1] = rate[:, 3] - at.turn
+        lift, lift_rate = schedule.toe[foot](at.time)
         table[:, TASK_REFERENCE.slice("toes").start + foot] = lift[:, 0]
         table[:, TASK_REFERENCE.slice("toe_rates").start + foot] = lift_rate[:, 0]
     return table
 
 
 def _gait_phase(
-    model: PatternModel, request: StepRequest, schedule: Schedule, time: np.ndarray
+    model: PatternModel, request: StepRequest, schedule: Schedule, at: _Sampled
 ) -> np.ndarray:
+    time = at.time
     table = np.zeros((len(time), GAIT_PHASE.size))
-    load = schedule.load(time)[0][:, 0]
-    support, blend = np.ones((len(time), 2)), np.ones((len(time), 2))
-    for foot, start_load in ((LEFT, request.load), (RIGHT, 1 - request.load)):
-        if start_load == 0.0:
-            blend[:, foot] = quintic(time / model.blend_time)[0]
+    support = np.ones((len(time), 2))
+    blend = 1 - (1 - request.blend) * (1 - quintic(time / model.blend_time)[0])[:, None]
     for foot, lift_off, touchdown in schedule.swings[:1]:
         blend[:, foot] -= quintic((time - lift_off) / model.blend_time + 1)[0]
+        blend[:, foot] += quintic((time - touchdown) / model.blend_time + 1)[0]
         support[(time >= lift_off) & (time < touchdown), foot] = 0.0
     table[:, GAIT_PHASE.slice("support")] = support
-    table[:, GAIT_PHASE.slice("load")] = np.column_stack([load, 1 - load])
+    table[:, GAIT_PHASE.slice("load")] = np.column_stack([at.load, 1 - at.load])
     table[:, GAIT_PHASE.slice("blend")] = np.clip(blend, 0.0, 1.0)
     table[:, GAIT_PHASE.index("step_index")] = request.step_index
     table[:, GAIT_PHASE.index("time_in_step")] = time
     return table
 
 
-def _ideal_wrench(
-    model: PatternModel,
-    schedule: Schedule,
-    com: KnotSpline,
-    shift: np.ndarray,
-    shifting: float,
-    time: np.ndarray,
-) -> np.ndarray:
-    """Return Lambda_id in T: m (c'' + g e_z), and its torque about the CoM when it acts at the ZMP."""
-    position, _, acceleration = com(time)
+def _ideal_wrench(model: PatternModel, at: _Sampled, com: _Motion, zmp: np.ndarray) -> np.ndarray:
+    """Return Lambda_id in T: m (c'' + g e_z), and its torque about the CoM, acting at the ZMP."""
+    position, _, acceleration = com
     force = model.legs.mass * (acceleration + [0.0, 0.0, GRAVITY])
-    lever = -position
-    lever[:, :2] += _shifted_zmp(model, schedule, shift, shifting, time)
-    lever[:, 2] += _ground(schedule, time)
-    torque = np.cross(lever, force)
+    torque = np.cross(np.column_stack([zmp, at.ground]) - position, force)
     torque[:, 2] = 0.0
-    heading = schedule.heading(time)[0][:, 0]
-    table = np.zeros((len(time), IDEAL_WRENCH.size))
-    table[:, IDEAL_WRENCH.slice("F")] = _unturn(heading, force)
-    table[:, IDEAL_WRENCH.slice("T")] = _unturn(heading, torque)
+    table = np.zeros((len(at.time), IDEAL_WRENCH.size))
+    table[:, IDEAL_WRENCH.slice("F")] = _unturn(at.heading, force)
+    table[:, IDEAL_WRENCH.slice("T")] = _unturn(at.heading, torque)
     return table
 
 
-def _planned_motion(model, schedule, com, shift, shifting, time) -> np.ndarray:
-    table = np.zeros((len(time), PLANNED_MOTION.size))
-    position, velocity, _ = com(time)
-    table[:, PLANNED_MOTION.slice("com")] = position
-    table[:, PLANNED_MOTION.slice("com_velocity")] = velocity
-    table[:, PLANNED_MOTION.slice("zmp")] = _shifted_zmp(model, schedule, shift, shifting, time)
-    table[:, PLANNED_MOTION.slice("heading")] = schedule.heading(time)[0]
-    table[:, PLANNED_MOTION.slice("foot_l")] = schedule.foot[LEFT](time)[0]
-    table[:, PLANNED_MOTION.slice("foot_r")] = schedule.foot[RIGHT](time)[0]
+def _planned_motion(at: _Sampled, com: _Motion, zmp: np.ndarray) -> np.ndarray:
+    table = np.zeros((len(at.time), PLANNED_MOTION.size))
+    table[:, PLANNED_MOTION.slice("com")] = com[0]
+    table[:, PLANNED_MOTION.slice("com_velocity")] = com[1]
+    table[:, PLANNED_MOTION.slice("zmp")] = zmp
+    table[:, PLANNED_MOTION.index("heading")] = at.heading
+    table[:, PLANNED_MOTION.slice("foot_l")] = at.pose[LEFT]
+    table[:, PLANNED_MOTION.slice("foot_r")] = at.pose[RIGHT]
     return table
 
 
