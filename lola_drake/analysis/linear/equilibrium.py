@@ -35,7 +35,10 @@ def find_equilibrium(
         if drift <= allowed and drift > 0.1 * last:
             return context, drift
         last = drift
-        move_states(blocks, context, _newton_step(blocks))
+        try:
+            move_states(blocks, context, _newton_step(blocks))
+        except np.linalg.LinAlgError:
+            raise AnalysisError("no equilibrium found, nothing holds the robot there") from None
     try:
         blocks.check_equilibrium(allowed)
     except AnalysisError as error:

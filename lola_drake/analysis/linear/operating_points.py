@@ -20,8 +20,8 @@ QUIET = (
     "sensors.foot_force.force_noise",
     "sensors.foot_force.torque_noise",
 )
-SETTLING = 50
-"""Ticks in which the contacts find their states before Newton's method takes over."""
+SETTLING = (50, 450, 1500)
+"""Ticks in which the contacts find their states before Newton's method tries, again and again."""
 
 
 STANDING, ON_LEFT, ON_RIGHT = Pose(), Pose(load=1.0), Pose(load=0.0)
@@ -86,10 +86,15 @@ def in_pose(scenario: Scenario, pose: Pose, description: str = "pose") -> Situat
     context = diagram.CreateDefaultContext()
     place(diagram, context, scenario, pose)
     ticks = Ticks(diagram, context)
-    with drake_errors("the pose cannot be held"):
-        for _ in range(SETTLING):
-            ticks.advance()
-    return Situation(diagram, *find_equilibrium(diagram, ticks.context), description)
+    for count in SETTLING:
+        with drake_errors("the pose cannot be held"):
+            for _ in range(count):
+                ticks.advance()
+        try:
+            return Situation(diagram, *find_equilibrium(diagram, ticks.context), description)
+        except AnalysisError as error:
+            failure = error
+    raise failure
 
 
 def at_time(scenario: Scenario, time: float) -> Situation:
