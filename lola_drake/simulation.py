@@ -1,5 +1,6 @@
 """The closed loop: plant, ground, sensors, controller and logs, and `simulate()`."""
 
+import logging
 import signal
 import threading
 import time
@@ -43,6 +44,9 @@ from lola_drake.results import Result
 from lola_drake.robot import PADS, add_lola
 from lola_drake.scenario import Ground, Scenario, Walk
 from lola_drake.theory.constants import GRAVITY
+
+# Drake warns that half spaces do not support deformable bodies; there are none.
+logging.getLogger("drake").addFilter(lambda record: "deformable" not in record.getMessage())
 
 SLAB = 0.1
 """Thickness of the compliant floor (m); with the modulus it gives the stiffness per area."""

@@ -37,7 +37,7 @@ def test_shipped_scenario_loads_dumps_and_loads_again(name, tmp_path):
 
 
 def test_file_changes_what_it_names_and_nothing_else(tmp_path):
-    path = write(tmp_path, "seed: 3\nground: {stiffness: 3e5, obstacles: [{height: 0.05}]}")
+    path = write(tmp_path, "seed: 3\nground: {stiffness: 4e5, obstacles: [{height: 0.05}]}")
     scenario = load_scenario(path)
     assert differences(scenario).keys() == {
         "name",
@@ -46,7 +46,7 @@ def test_file_changes_what_it_names_and_nothing_else(tmp_path):
         "ground.obstacles",
     }
     assert scenario.name == "mine"
-    assert scenario.ground == Ground(stiffness=3e5, obstacles=(Obstacle(height=0.05),))
+    assert scenario.ground == Ground(stiffness=4e5, obstacles=(Obstacle(height=0.05),))
 
 
 def test_dump_names_every_value():

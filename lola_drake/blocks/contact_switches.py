@@ -73,10 +73,13 @@ class ContactSwitches(LeafSystem):
             self._state,
             [
                 switched(was_closed, f_z, self._params.close_force, self._params.open_force)
-                for was_closed, (_, _, f_z) in zip(closed.tolist(), forces.tolist(), strict=True)
+                for was_closed, (_, _, f_z) in zip(closed.tolist(), forces, strict=True)
             ],
         )
-        state.set_value(self._ground_force, forces.reshape(2, 4, 3).sum(axis=1).ravel())
+        left, right = forces[:4], forces[4:]
+        state.set_value(
+            self._ground_force, [sum(f) for foot in (left, right) for f in zip(*foot, strict=True)]
+        )
 
 
 def switched(closed: float, force: float, close_force: float, open_force: float) -> float:
@@ -84,17 +87,17 @@ def switched(closed: float, force: float, close_force: float, open_force: float)
     return float(force > (open_force if closed else close_force))
 
 
-def pad_forces(results: ContactResults, pads: dict[int, int]) -> np.ndarray:
+def pad_forces(results: ContactResults, pads: dict[int, int]) -> list[list[float]]:
     """Return the ground's force on every pad in W (N), shape (8, 3)."""
-    forces = np.zeros((CONTACT.size, 3))
+    forces = [[0.0, 0.0, 0.0] for _ in range(CONTACT.size)]
     for i in range(results.num_hydroelastic_contacts()):
         info = results.hydroelastic_contact_info(i)
         surface = info.contact_surface()
-        force = info.F_Ac_W().translational()
         # The reported force acts on geometry M; a pad may be either of the two.
-        pad = pads.get(surface.id_M().get_value())
+        pad, sign = pads.get(surface.id_M().get_value()), 1.0
         if pad is None:
-            pad, force = pads.get(surface.id_N().get_value()), -force
+            pad, sign = pads.get(surface.id_N().get_value()), -1.0
         if pad is not None:
-            forces[pad] += force
+            for axis, force in enumerate(info.F_Ac_W().translational().tolist()):
+                forces[pad][axis] += sign * force
     return forces

@@ -26,7 +26,7 @@ from lola_drake.robot import FOOT_TASK, JOINT_INDEX, Kinematics
 from lola_drake.signals import DESIRED_WRENCH, JOINT_COMMAND, JOINTS, TASK_COMMAND, TASK_REFERENCE
 
 _N = len(JOINTS)
-_PRESCRIBED = np.array([JOINT_INDEX[name] for name in ("tzfl", "tzfr", "tvp", "tvt")])
+_PRESCRIBED = [JOINT_INDEX[name] for name in ("tzfl", "tzfr", "tvp", "tvt")]
 _TOES, _TOE_RATES = TASK_REFERENCE.slice("toes"), TASK_REFERENCE.slice("toe_rates")
 _WRENCH_ROWS = np.concatenate([FORCE_CONTROLLED, FOOT_TASK + FORCE_CONTROLLED])
 
@@ -79,7 +79,7 @@ def resolve_rates(
     rates: np.ndarray,
     mobility: np.ndarray,
     wish: np.ndarray,
-    damping: float,
+    damping: np.ndarray,
 ) -> np.ndarray:
     """Return joint rates that follow the task rates and come near the wish otherwise.
 
@@ -88,14 +88,13 @@ def resolve_rates(
         rates: wanted task rates, shape (m,).
         mobility: diagonal of the inverse weights W^-1, shape (n,); a joint with 0 keeps its wish.
         wish: z, joint rates wanted in the null space (rad/s), shape (n,).
-        damping: of the pseudo-inverse.
+        damping: D of the pseudo-inverse, shape (m, m).
 
     Returns:
-        q' = z + W^-1 J^T (J W^-1 J^T + damping I)^-1 (w' - J z), shape (n,).
+        q' = z + W^-1 J^T (J W^-1 J^T + D)^-1 (w' - J z), shape (n,).
     """
     weighted = jacobian * mobility
-    gram = weighted.dot(jacobian.T)
-    gram.flat[:: len(rates) + 1] += damping
+    gram = weighted.dot(jacobian.T) + damping
     _, multipliers, failed = dposv(gram, rates - jacobian.dot(wish), lower=1, overwrite_a=1)
     if failed:
         raise ArithmeticError("inverse kinematics: the task's Gram matrix is not positive definite")
@@ -139,6 +138,8 @@ class InverseKinematics(LeafSystem):
         self._comfort = initial.copy()
         lower, upper = kinematics.position_limits
         self._lower, self._upper = lower + params.limit_margin, upper - params.limit_margin
+        self._damping = params.damping * np.eye(2 * FOOT_TASK)
+        self._wrench = np.zeros(2 * FOOT_TASK)
         self._mobility = np.ones(_N)
         self._mobility[_PRESCRIBED] = 0.0
         state = self.DeclareDiscreteState(initial)
@@ -167,24 +168,29 @@ class InverseKinematics(LeafSystem):
         wish = null_space_motion(
             q, self._comfort, self._lower, self._upper, params.comfort_gain, params.limit_gain
         )
-        wish[_PRESCRIBED] = self._prescribed_rates(context, q, correction)
+        for joint, rate in self._prescribed_rates(context, q, correction):
+            wish[joint] = rate
         rates = resolve_rates(
             kinematics.jacobian,
             w_dot + correction * (w - kinematics.w),
             self._mobility,
             wish,
-            params.damping,
+            self._damping,
         )
-        wrench = self._desired.Eval(context)[:6]
-        torque = -params.feedforward * kinematics.jacobian[_WRENCH_ROWS].T.dot(wrench)
+        self._wrench[_WRENCH_ROWS] = self._desired.Eval(context)[:6]
+        torque = -params.feedforward * kinematics.jacobian.T.dot(self._wrench)
         output.set_value(np.concatenate([q + self._period * rates, rates, torque]))
 
-    def _prescribed_rates(self, context, q: np.ndarray, correction: float) -> np.ndarray:
-        """Return the rates of the toes and the head, in the order of _PRESCRIBED."""
+    def _prescribed_rates(self, context, q: np.ndarray, correction: float):
+        """Yield the joints of the toes and the head with their rates."""
         reference = self._reference.Eval(context)
-        (left, right), (rate_left, rate_right) = reference[_TOES], reference[_TOE_RATES]
-        rates = np.array([rate_left, -rate_right, 0.0, 0.0])
-        return rates + correction * (np.array([left, -right, 0.0, 0.0]) - q[_PRESCRIBED])
+        (left, right), (rate_left, rate_right) = (
+            reference[_TOES].tolist(),
+            reference[_TOE_RATES].tolist(),
+        )
+        angles, rates = (left, -right, 0.0, 0.0), (rate_left, -rate_right, 0.0, 0.0)
+        for joint, angle, rate in zip(_PRESCRIBED, angles, rates, strict=True):
+            yield joint, rate + correction * (angle - q.item(joint))
 
     def _update(self, context, state):
         state.set_value(self._output.Eval(context)[:_N])

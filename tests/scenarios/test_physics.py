@@ -84,8 +84,9 @@ def test_pressed_foot_agrees_with_the_contact_model(pressed_foot, roll, pitch, h
     stiffness = contact_matrix(PADS, Ground().stiffness / area)
     expected = stiffness @ [np.sin(roll), np.sin(pitch), height]
     actual = pressed_foot.wrench(roll, pitch, height)
-    scale = np.maximum(np.abs(expected), 0.02 * np.abs(expected[2]) * np.array([0.09, 0.095, 1]))
-    assert np.abs(actual - expected) / scale == pytest.approx([0, 0, 0], abs=0.02)
+    # 2 %, and where nothing is expected no more than the force sensor's noise.
+    allowed = np.maximum(0.02 * np.abs(expected), [0.1, 0.1, 2.0])
+    assert (np.abs(actual - expected) < allowed).all(), (actual, expected)
 
 
 def test_forces_and_moments_are_newtons_while_walking():
@@ -100,7 +101,8 @@ def test_forces_and_moments_are_newtons_while_walking():
     simulator.AdvanceTo(1.8)
     worst, before, gravity_before, frames_before = np.zeros(6), None, None, None
     for k in range(1000):
-        simulator.AdvanceTo(1.8 + 1e-3 * k)
+        # Between two ticks, so that rounding never decides which of them is over.
+        simulator.AdvanceTo((1800.5 + k) * 1e-3)
         momentum, gravity = _upper_momentum(plant, plant_context)
         if before is not None:
             reading = sensor.GetOutputPort("measured_wrench").Eval(
