@@ -109,14 +109,18 @@ def loop_margins(loop: control.StateSpace) -> list[Margins]:
     return [margins(one_loop(loop, k)) for k in range(loop.ninputs)]
 
 
-def matrix_margins(loop: control.StateSpace) -> MatrixMargins:
+def matrix_margins(loop: control.StateSpace, count: int = 1500) -> MatrixMargins:
     """Return the margins of all signals of a loop at once, by singular values.
 
     Channels of different units are balanced at every frequency, so the result does not depend on
     units. Errors of the channels are independent of each other but may be complex: the margin is
     on the safe side.
+
+    Args:
+        loop: the loop transfer.
+        count: of the frequencies looked at.
     """
-    response = frequency_response(loop, frequency_grid(loop))
+    response = frequency_response(loop, frequency_grid(loop, count))
     one = np.eye(loop.ninputs)
     S = np.linalg.inv(one + response.values)
     disk = 1 / np.array([_balanced_norm(matrix) for matrix in S - 0.5 * one])

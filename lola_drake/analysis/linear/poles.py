@@ -31,6 +31,11 @@ class Pole:
     participation: float
 
     @property
+    def is_neutral(self) -> bool:
+        """Return whether it neither decays nor grows, to within the model's accuracy."""
+        return abs(self.z - 1) < UNSTABLE
+
+    @property
     def frequency(self) -> float:
         """Return the natural frequency (Hz)."""
         return abs(self.s) / (2 * np.pi)

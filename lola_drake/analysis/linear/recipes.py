@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 
 from lola_drake.analysis.linear.errors import AnalysisError
+from lola_drake.signals import FEET
 from lola_drake.typed_yaml import suggestion
 
 
@@ -43,7 +44,11 @@ RECIPES = {
         inputs=tuple(f"task_command_l.w.{name}" for name in _DIRECTIONS),
         outputs=("measured_wrench.T_l.x", "measured_wrench.T_l.y", "measured_wrench.F_l.z"),
         steps=(1e-3, 1e-3, 1e-4),
-        opened=("task_command_l", "task_command_r", "torso_orientation"),
+        opened=(
+            *(f"task_command_{foot}" for foot in FEET),
+            *(f"task_modification_{foot}" for foot in FEET),
+            "torso_orientation",
+        ),
         loops=(),
         knob="ground.stiffness",
         values=(1e5, 2e5, 3e5, 5e5, 8e5),

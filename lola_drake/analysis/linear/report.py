@@ -42,7 +42,7 @@ def pole_table(poles: list[Pole]) -> Table:
             f"{p.z.real:.6f}" + (f" +-{p.z.imag:.6f}j" if p.z.imag else ""),
             f"{p.s.real:.3g}" + (f" +-{p.s.imag:.4g}j" if p.s.imag else ""),
             f"{p.frequency:.3g}",
-            f"{p.damping:.3f}",
+            "neutral" if p.is_neutral else f"{p.damping:.3f}",
             f"{p.dominating} ({p.participation:.0%})",
         )
         for p in shown
