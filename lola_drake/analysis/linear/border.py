@@ -16,8 +16,9 @@ from lola_drake.analysis.linear.wiring import Wiring
 RANGE = (0.002, 0.1)
 """Within which the border is looked for (s)."""
 
-KICK = 1.0
-"""Force by which a foot's sensor is wrong for ten ticks, to set the loop in motion (N)."""
+KICK, NOISE = 1.0, 1e-3
+"""Force by which the feet's sensors are wrong for ten ticks, to set the loop in motion; and what
+counts as rest afterwards (N)."""
 
 
 def predicted_border(bench: Bench, accuracy: float = 0.002) -> float:
@@ -48,8 +49,8 @@ def swings_up(situation: Situation, delta: float, duration: float = 1.0) -> bool
     """Return whether the nonlinear simulation swings up after a kick.
 
     The largest changes of the contact wrenches from tick to tick are compared between the second
-    and the last quarter of the time; where they are as large as in no decay, it has swung up long
-    before.
+    and the last quarter of the time; where they are far larger than the kick, it has swung up
+    long before.
 
     Args:
         situation: an equilibrium.
@@ -68,7 +69,7 @@ def swings_up(situation: Situation, delta: float, duration: float = 1.0) -> bool
         return True  # it swung up until nothing could be computed any more
     motion = np.abs(np.diff(record, axis=0)).max(axis=1)
     early, late = motion[count // 4 : count // 2].max(), motion[3 * count // 4 :].max()
-    return bool(late > early or late > 10 * KICK)
+    return bool(late > max(early, NOISE) or late > 10 * KICK)
 
 
 def with_delta(situation: Situation, delta: float):
