@@ -17,6 +17,8 @@ from rich.progress import BarColumn, Progress, ProgressColumn, Task, TextColumn,
 from rich.table import Table
 from rich.text import Text
 
+from lola_drake import cli_pictures
+from lola_drake.cli_common import Host, Json, errors_in_one_line
 from lola_drake.paths import list_scenarios
 
 if TYPE_CHECKING:
@@ -31,8 +33,7 @@ app = typer.Typer(
     add_completion=False,
     pretty_exceptions_enable=False,
 )
-
-Json = Annotated[bool, typer.Option("--json", help="Print the result as JSON, and nothing else.")]
+app.add_typer(cli_pictures.app)
 
 
 @app.command()
@@ -43,28 +44,40 @@ def simulate(
         typer.Option("--set", metavar="KEY=VALUE", help="Change a value; may be repeated."),
     ] = None,
     seed: Annotated[int | None, typer.Option(help="Seed of all random numbers.")] = None,
-    variant: Annotated[str | None, typer.Option(help="ref or dyn.")] = None,
+    variant: Annotated[str | None, typer.Option(help="ref, dyn or original.")] = None,
     output: Annotated[
         Path | None, typer.Option("--output", "-o", help="Folder of the run (runs/SCENARIO).")
     ] = None,
     force: Annotated[bool, typer.Option("--force", help="Replace the run in that folder.")] = False,
+    pictures: Annotated[
+        bool, typer.Option(help="Write figures, a replay and a report into the folder.")
+    ] = True,
+    video: Annotated[
+        bool, typer.Option("--video", help="Write a film, too; it takes its time.")
+    ] = False,
+    meshcat: Annotated[
+        bool, typer.Option("--meshcat", help="Watch it in a browser, and take part.")
+    ] = False,
+    host: Host = "localhost",
     as_json: Json = False,
     quiet: Annotated[bool, typer.Option("--quiet", help="Show no progress, no table.")] = False,
 ) -> None:
-    """Run a scenario; write its signals and metrics into a folder."""
+    """Run a scenario; write its signals, metrics and pictures into a folder."""
     from lola_drake.results import check_folder
     from lola_drake.scenario import load_scenario
     from lola_drake.simulation import simulate as run
 
     options = {"seed": seed, "variant": variant}
     given = [f"{name}={value}" for name, value in options.items() if value is not None]
-    with _errors_in_one_line():
+    with errors_in_one_line():
         chosen = load_scenario(scenario, [*(changes or []), *given])
         folder = output or Path("runs") / chosen.name
         check_folder(folder, force=force)
+        view = cli_pictures.live_view(chosen, host) if meshcat else None
         with _progress(chosen.name, chosen.duration, show=not quiet) as advance:
-            result = run(chosen, progress=advance)
+            result = run(chosen, progress=advance, attend=view)
         result.save(folder, force=force)
+        cli_pictures.write(result, folder, pictures=pictures, video=video)
     if as_json:
         print(json.dumps(result.summary, indent=2))
     elif not quiet:
@@ -84,19 +97,6 @@ def list_(as_json: Json = False) -> None:
     width = max(map(len, scenarios))
     for name, description in scenarios.items():
         print(f"{name:{width}}  {description}")
-
-
-@contextmanager
-def _errors_in_one_line() -> Iterator[None]:
-    """Exit with code 2 and one line on stderr where a user's input cannot be used."""
-    from lola_drake.results import ResultError
-    from lola_drake.scenario import ScenarioError
-
-    try:
-        yield
-    except (ScenarioError, ResultError) as error:
-        typer.echo(f"lola: {error}", err=True)
-        raise typer.Exit(2) from None
 
 
 class _RealTimeRate(ProgressColumn):

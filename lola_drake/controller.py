@@ -3,9 +3,10 @@
 from dataclasses import dataclass
 
 import numpy as np
-from pydrake.systems.framework import Diagram, DiagramBuilder
+from pydrake.systems.framework import Diagram, DiagramBuilder, LeafSystem
 
 from lola_drake.blocks.com_dynamics import ComDynamics
+from lola_drake.blocks.configuration_force_control import ConfigurationForceControl
 from lola_drake.blocks.force_distribution import ForceDistribution
 from lola_drake.blocks.hybrid_force_control import FootSensor, HybridForceControl
 from lola_drake.blocks.imu_stabilizer import ImuStabilizer
@@ -20,7 +21,7 @@ from lola_drake.robot import (
     posture,
     solve_posture,
 )
-from lola_drake.scenario import Scenario
+from lola_drake.scenario import Control, Scenario
 from lola_drake.signals import FEET
 from lola_drake.theory.constants import GRAVITY
 from lola_drake.theory.contact_model import contact_matrix
@@ -100,25 +101,8 @@ class WalkingController(Diagram):
         )
         stabilizer = add("imu_stabilizer", ImuStabilizer(control.stabilizer))
         distribution = add("force_distribution", ForceDistribution(control.distribution, PERIOD))
-        area = sum(pad.area for pad in PADS)
-        stiffness = contact_matrix(PADS, control.force.model_stiffness / area)
-        sensor = FootSensor(*foot_sensor_geometry(kinematics))
-        force_control, com_dynamics = {}, {}
-        for foot in FEET:
-            force_control[foot] = add(
-                f"force_control_{foot}",
-                HybridForceControl(control.force, foot, stiffness, sensor, PERIOD),
-            )
-            com_dynamics[foot] = add(
-                f"com_dynamics_{foot}",
-                ComDynamics(
-                    control.com_dynamics, foot, stance.inertia, control.force.limits(), PERIOD
-                ),
-            )
-        inverse_kinematics = add(
-            "inverse_kinematics",
-            InverseKinematics(control.inverse_kinematics, kinematics, stance.q, PERIOD),
-        )
+        add_motion = _add_configuration_space if scenario.variant == "original" else _add_task_space
+        motion = add_motion(builder, control, kinematics, stance)
         servos = add(
             "joint_servos",
             JointServos(
@@ -130,29 +114,13 @@ class WalkingController(Diagram):
             ),
         )
 
-        sources = {
-            port: (system, port)
-            for system in (pattern, stabilizer, distribution, inverse_kinematics)
-            for port in (
-                system.get_output_port(i).get_name() for i in range(system.num_output_ports())
-            )
-        }
+        systems = [(pattern, ""), (stabilizer, ""), (distribution, ""), *motion, (servos, "")]
+        sources, exported = {}, {}
+        for system, foot in systems[:-1]:
+            for i in range(system.num_output_ports()):
+                port = system.get_output_port(i).get_name()
+                sources[f"{port}_{foot}" if foot else port] = (system, port)
         external = {"walk_command", "torso_orientation", "measured_wrench", "contact"}
-        for foot in FEET:
-            for system in (force_control[foot], com_dynamics[foot]):
-                for i in range(system.num_output_ports()):
-                    port = system.get_output_port(i).get_name()
-                    sources[f"{port}_{foot}"] = (system, port)
-        exported = {}
-        systems = [
-            (pattern, ""),
-            (stabilizer, ""),
-            (distribution, ""),
-            *((force_control[foot], foot) for foot in FEET),
-            *((com_dynamics[foot], foot) for foot in FEET),
-            (inverse_kinematics, ""),
-            (servos, ""),
-        ]
         for system, foot in systems:
             for i in range(system.num_input_ports()):
                 port = system.get_input_port(i)
@@ -171,3 +139,48 @@ class WalkingController(Diagram):
         for name, (system, port) in sources.items():
             builder.ExportOutput(system.GetOutputPort(port), name)
         builder.BuildInto(self)
+
+
+_Motion = list[tuple[LeafSystem, str]]
+"""Blocks between the desired wrenches and the joint command, each with the foot it serves."""
+
+
+def _add_task_space(
+    builder: DiagramBuilder, control: Control, kinematics: Kinematics, stance: Stance
+) -> _Motion:
+    """Add the paper's force control and CoM dynamics of each foot, and the inverse kinematics."""
+    area = sum(pad.area for pad in PADS)
+    stiffness = contact_matrix(PADS, control.force.model_stiffness / area)
+    sensor = FootSensor(*foot_sensor_geometry(kinematics))
+    force_control = [
+        (HybridForceControl(control.force, foot, stiffness, sensor, PERIOD), foot) for foot in FEET
+    ]
+    com_dynamics = [
+        (
+            ComDynamics(control.com_dynamics, foot, stance.inertia, control.force.limits(), PERIOD),
+            foot,
+        )
+        for foot in FEET
+    ]
+    for name, blocks in (("force_control", force_control), ("com_dynamics", com_dynamics)):
+        for block, foot in blocks:
+            builder.AddNamedSystem(f"{name}_{foot}", block)
+    inverse_kinematics = builder.AddNamedSystem(
+        "inverse_kinematics",
+        InverseKinematics(control.inverse_kinematics, kinematics, stance.q, PERIOD),
+    )
+    return [*force_control, *com_dynamics, (inverse_kinematics, "")]
+
+
+def _add_configuration_space(
+    builder: DiagramBuilder, control: Control, kinematics: Kinematics, stance: Stance
+) -> _Motion:
+    """Add the force control of [23], which solves the inverse kinematics of both feet itself."""
+    sensor = FootSensor(*foot_sensor_geometry(kinematics))
+    block = builder.AddNamedSystem(
+        "configuration_force_control",
+        ConfigurationForceControl(
+            control.force, control.inverse_kinematics, kinematics, sensor, stance.q, PERIOD
+        ),
+    )
+    return [(block, "")]

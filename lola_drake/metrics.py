@@ -4,10 +4,12 @@ All take arrays with one row per sample, as in `Result.signals`; lengths are in 
 """
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 
 import numpy as np
+from scipy.signal import savgol_filter
 
-from lola_drake.logged import TORSO_POSE
+from lola_drake.logged import COM_POSITION, TORSO_POSE
 from lola_drake.signals import (
     CONTACT_WRENCH,
     DESIRED_WRENCH,
@@ -26,16 +28,42 @@ CALM = 0.5
 LOADED = 50.0
 """Vertical force (N) from which on a foot counts as standing."""
 
+SMOOTHING = 41
+"""Samples over which a parabola is fitted to the CoM's height for its acceleration (41 ms)."""
+
+SLIDING = 0.98
+"""Part of the friction coefficient from which on the friction counts as used up."""
+
 Signals = Mapping[str, np.ndarray]
 
 
-def metrics(times: np.ndarray, signals: Signals) -> dict[str, object]:
+@dataclass(frozen=True)
+class Limits:
+    """What no step of a run should reach.
+
+    Attributes:
+        lower, upper: hardware stops of the joints (rad), shape (24,).
+        speed: greatest joint speeds (rad/s), shape (24,).
+        torque: greatest joint torques (Nm), shape (24,).
+        friction: coefficient of the ground.
+    """
+
+    lower: np.ndarray
+    upper: np.ndarray
+    speed: np.ndarray
+    torque: np.ndarray
+    friction: float
+
+
+def metrics(times: np.ndarray, signals: Signals, limits: Limits) -> dict[str, object]:
     """Return all metrics of a run (until its fall, if it falls), by the names of summary.json."""
     torso, gait = signals["torso_pose"], signals["gait_phase"]
     forces = [signals["ground_force"][:, GROUND_FORCE.slice(f"F_{foot}")] for foot in FEET]
     feet = [signals[f"foot_pose_{foot}"] for foot in FEET]
     settled, walking = times >= SETTLED, walking_part(gait)
     counted = walking if walking.any() else settled
+    com_height = signals["com_position"][:, COM_POSITION.slice("p").start + 2]
+    lifting = vertical_acceleration(times, com_height)
     return {
         "distance_m": distance(torso, gait),
         "mean_speed_m_per_s": mean_speed(times, torso, gait),
@@ -44,6 +72,10 @@ def metrics(times: np.ndarray, signals: Signals) -> dict[str, object]:
         "max_foot_force_N": max_foot_force([force[settled] for force in forces]),
         "max_slip_m": max(map(max_slip, feet, forces)),
         "settling_time_s": settling_time(times[settled], torso[settled]),
+        "max_com_vertical_acceleration_m_per_s2": float(np.abs(lifting[settled]).max(initial=0.0)),
+        "steps_beyond_limits": steps_beyond_limits(
+            {name: values[settled] for name, values in signals.items()}, limits
+        ),
     }
 
 
@@ -148,6 +180,32 @@ def settling_time(times: np.ndarray, torso_pose: np.ndarray) -> float | None:
     if disturbed[-1] == len(times) - 1:
         return None
     return float(times[disturbed[-1] + 1] - times[np.argmax(size)])
+
+
+def vertical_acceleration(times: np.ndarray, height: np.ndarray) -> np.ndarray:
+    """Return the second derivative of a height (m/s^2), smoothed over `SMOOTHING` samples."""
+    if len(times) < SMOOTHING:
+        return np.zeros(len(times))
+    period = (times[-1] - times[0]) / (len(times) - 1)
+    return savgol_filter(height, SMOOTHING, polyorder=2, deriv=2, delta=period)
+
+
+def steps_beyond_limits(signals: Signals, limits: Limits) -> dict[str, int]:
+    """Return in how many steps of the run anything reached its limit, by the kind of limit."""
+    q = signals["joint_position"]
+    forces = (signals["ground_force"][:, GROUND_FORCE.slice(f"F_{foot}")] for foot in FEET)
+    sliding = [
+        (force[:, 2] > LOADED)
+        & (np.hypot(force[:, 0], force[:, 1]) > SLIDING * limits.friction * force[:, 2])
+        for force in forces
+    ]
+    reached = {
+        "joint_angle": (q <= limits.lower) | (q >= limits.upper),
+        "joint_speed": np.abs(signals["joint_velocity"]) >= limits.speed,
+        "joint_torque": np.abs(signals["joint_torque"]) >= limits.torque,
+        "friction": np.column_stack(sliding),
+    }
+    return {kind: int(where.any(axis=1).sum()) for kind, where in reached.items()}
 
 
 def _length(points: np.ndarray) -> float:

@@ -8,6 +8,8 @@ import platform
 import re
 import shutil
 import uuid
+from collections.abc import Iterator, Set
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
@@ -16,10 +18,12 @@ import h5py
 import numpy as np
 
 from lola_drake.logged import LOGGED
-from lola_drake.metrics import metrics
+from lola_drake.metrics import Limits, metrics
+from lola_drake.robot import Kinematics
 from lola_drake.scenario import Scenario, dump_scenario, load_scenario
 
 SUMMARY, SIGNALS, SCENARIO = "summary.json", "signals.h5", "scenario.yaml"
+RUN_FILES = frozenset({SUMMARY, SIGNALS, SCENARIO})
 
 
 class ResultError(ValueError):
@@ -77,7 +81,8 @@ class Result:
         fall_time = math.inf if self.fall_time is None else self.fall_time
         standing = self.times <= fall_time
         signals = {name: values[standing] for name, values in self.signals.items()}
-        return _finite(metrics(self.times[standing], signals))
+        limits = run_limits(self.scenario)
+        return _finite(metrics(self.times[standing], signals, limits))
 
     @property
     def summary(self) -> dict[str, object]:
@@ -106,23 +111,51 @@ class Result:
         Raises:
             ResultError: If the folder cannot be used or written; it is then as it was.
         """
-        folder = check_folder(folder, force=force)
-        partial = folder.with_name(f".{folder.name}-{uuid.uuid4().hex}")
-        try:
-            partial.mkdir(parents=True)
+        with whole_folder(folder, force=force) as partial:
             _write(self, partial)
-            _replace(folder, partial)
-        except (OSError, RuntimeError) as error:
-            raise ResultError(f"{folder}: cannot be written, {_reason(error)}") from None
-        finally:
-            shutil.rmtree(partial, ignore_errors=True)
-        return folder
+        return Path(folder).resolve()
 
 
-def check_folder(folder: str | Path, *, force: bool = False) -> Path:
-    """Return the folder's full path if a run can be saved there; ResultError if not.
+@contextmanager
+def whole_folder(
+    folder: str | Path, *, force: bool, files: Set[str] = RUN_FILES, what: str = "run"
+) -> Iterator[Path]:
+    """Give a folder to write into, which takes the place of `folder` when all is written.
 
-    Only a folder that holds a run is ever replaced.
+    Raises:
+        ResultError: If the folder cannot be used (see `check_folder`) or written; it is then as
+            it was.
+    """
+    folder = check_folder(folder, force=force, files=files, what=what)
+    partial = folder.with_name(f".{folder.name}-{uuid.uuid4().hex}")
+    try:
+        partial.mkdir(parents=True)
+        yield partial
+        _replace(folder, partial)
+    except (OSError, RuntimeError) as error:
+        raise ResultError(f"{folder}: cannot be written, {_reason(error)}") from None
+    finally:
+        shutil.rmtree(partial, ignore_errors=True)
+
+
+def run_limits(scenario: Scenario) -> Limits:
+    """Return the limits of LOLA's joints and of the scenario's ground."""
+    robot = Kinematics()
+    lower, upper = robot.position_limits
+    friction = scenario.ground.friction
+    return Limits(lower, upper, robot.velocity_limits, robot.effort_limits, friction)
+
+
+def check_folder(
+    folder: str | Path, *, force: bool = False, files: Set[str] = RUN_FILES, what: str = "run"
+) -> Path:
+    """Return the folder's full path if it can be written; ResultError if not.
+
+    Args:
+        folder: Must not hold anything, unless `force`.
+        force: Whether it may be replaced if it holds what is going to be written.
+        files: By which files that is known.
+        what: How it is called in errors.
     """
     folder = Path(folder).resolve()
     try:
@@ -131,10 +164,10 @@ def check_folder(folder: str | Path, *, force: bool = False) -> Path:
         content = []
     except OSError as error:
         raise ResultError(f"{folder}: {error.strerror}") from None
-    if content and not {SUMMARY, SIGNALS, SCENARIO} <= set(content):
-        raise ResultError(f"{folder}: holds something that is not a run, choose another folder")
+    if content and not files <= set(content):
+        raise ResultError(f"{folder}: holds something that is not a {what}, choose another folder")
     if content and not force:
-        raise ResultError(f"{folder}: holds a run already, choose another folder or force it")
+        raise ResultError(f"{folder}: holds a {what} already, choose another folder or force it")
     existing = next(parent for parent in folder.parents if parent.exists())
     if not os.access(existing, os.W_OK | os.X_OK):
         raise ResultError(f"{folder}: cannot be written, no permission in {existing}")

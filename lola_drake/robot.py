@@ -7,7 +7,7 @@ from math import atan2
 import numpy as np
 from pydrake.multibody.parsing import Parser
 from pydrake.multibody.plant import MultibodyPlant
-from pydrake.multibody.tree import JacobianWrtVariable, ModelInstanceIndex
+from pydrake.multibody.tree import Frame, JacobianWrtVariable, ModelInstanceIndex
 
 from lola_drake.paths import models_dir
 from lola_drake.signals import FEET, JOINTS
@@ -72,9 +72,10 @@ class Kinematics:
         self._positions[7:] = q
         plant, context = self.plant, self.context
         plant.SetPositions(context, self._positions)
-        com = plant.CalcCenterOfMassPositionInWorld(context)
+        self._com = com = plant.CalcCenterOfMassPositionInWorld(context)
         # The torso's rows of the mass matrix are the momentum of the moving joints.
         com_jacobian = plant.CalcMassMatrix(context)[3:6, 6:] / self.mass
+        self._com_height_rates = com_jacobian[2]
         for i, frame in zip((0, FOOT_TASK), self._tcp, strict=True):
             spatial = plant.CalcJacobianSpatialVelocity(
                 context, JacobianWrtVariable.kV, frame, self._origin, self._world, self._world
@@ -85,6 +86,40 @@ class Kinematics:
             self.w[i + 3 : i + 6] = foot_angles(rotation)
             self.jacobian[i : i + 3] = spatial[3:] - com_jacobian
             self.jacobian[i + 3 : i + 6] = foot_angle_rates(rotation).dot(spatial[:3])
+
+    def pads(self, foot: int) -> tuple[np.ndarray, np.ndarray]:
+        """Return where the pads' centres of one foot (0 left, 1 right) are after `update`.
+
+        Returns:
+            x and y relative to the TCP in T (m), shape (4, 2), in the order of `PADS`; and the
+            rates of their heights over the CoM per joint rate, shape (4, 24).
+        """
+        tcp = self.w[FOOT_TASK * foot : FOOT_TASK * foot + 2]
+        points, rates = [], []
+        for frame, p_BPads in self._pad_points[foot]:
+            p_WPads = self.plant.CalcPointsPositions(self.context, frame, p_BPads, self._world)
+            jacobian = self.plant.CalcJacobianTranslationalVelocity(
+                self.context, JacobianWrtVariable.kV, frame, p_BPads, self._world, self._world
+            )
+            points.append(p_WPads[:2].T - self._com[:2] - tcp)
+            rates.append(jacobian[2::3, 6:] - self._com_height_rates)
+        return np.concatenate(points), np.concatenate(rates)
+
+    @cached_property
+    def _pad_points(self) -> list[list[tuple[Frame, np.ndarray]]]:
+        """Per foot, the bodies that carry the pads and the pads' centres in their frames."""
+        context = self.plant.CreateDefaultContext()
+        centres = np.array([[pad.x, pad.y, 0.0] for pad in PADS]).T
+        return [
+            [
+                (frame, self.plant.CalcPointsPositions(context, tcp, p_TcpPads, frame))
+                for frame, p_TcpPads in (
+                    (self.plant.GetFrameByName(f"foot_{foot}"), centres[:, :2]),
+                    (self.plant.GetFrameByName(f"zf{foot}"), centres[:, 2:]),
+                )
+            ]
+            for foot, tcp in zip(FEET, self._tcp, strict=True)
+        ]
 
     def centroidal_inertia(self, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the CoM in T (m), shape (3,), and the inertia about it (kg m^2), shape (3, 3)."""

@@ -24,6 +24,8 @@ from lola_drake.blocks.walking_pattern import WalkingPatternParams
 from lola_drake.parameters import ParameterError, parameter, validate
 from lola_drake.paths import scenario_paths
 
+VARIANTS = ("ref", "dyn", "original")
+
 
 class ScenarioError(ValueError):
     """A scenario that cannot be used; the message is one line that says where and why."""
@@ -124,9 +126,21 @@ class Obstacle:
     heading_deg: float = parameter(0.0, "direction of its length", "deg")
     size: tuple[float, float] = parameter((0.4, 1.0), "length and width", "m", above=0.0)
     height: float = parameter(0.04, "height of its top over the floor", "m", above=0.0)
+    free_shift: tuple[float, float] = parameter(
+        (0.0, 0.0), "how far it may be moved along its length without another experiment", "m"
+    )
 
     def __post_init__(self):
         validate(self)
+        if self.free_shift[0] > self.free_shift[1]:
+            raise ParameterError("free_shift", self.free_shift, "from the least to the greatest")
+
+    def shifted(self, distance: float) -> "Obstacle":
+        """Return it moved along its length (m)."""
+        heading = math.radians(self.heading_deg)
+        x, y = self.position
+        moved = (x + distance * math.cos(heading), y + distance * math.sin(heading))
+        return dataclasses.replace(self, position=moved)
 
     def covers(self, x: float, y: float) -> bool:
         """Return whether a point of W lies over it."""
@@ -162,14 +176,15 @@ class Scenario:
     """One experiment, complete: a run depends on nothing else but the versions of the software.
 
     Attributes:
-        variant: `dyn` is the controller with integrated CoM dynamics, `ref` the one without.
+        variant: `dyn` is the controller with integrated CoM dynamics, `ref` the one without;
+            `original` is the predecessor [23] of both, see `configuration_force_control`.
     """
 
     name: str = parameter("unnamed", "the name of its file, unless the file says otherwise")
     description: str = parameter("", "one line for the list of scenarios")
     duration: float = parameter(10.0, "simulated time", "s", above=0.0)
     seed: int = parameter(0, "of all random numbers", "", minimum=0)
-    variant: str = parameter("dyn", "of the controller", choices=("ref", "dyn"))
+    variant: str = parameter("dyn", "of the controller", choices=VARIANTS)
     start: StartPose = field(default_factory=StartPose)
     walk: Walk = field(default_factory=Walk)
     pattern: WalkingPatternParams = field(default_factory=WalkingPatternParams)

@@ -25,7 +25,7 @@ from pydrake.multibody.plant import (
     MultibodyPlantConfig,
 )
 from pydrake.systems.analysis import Simulator
-from pydrake.systems.framework import Diagram, DiagramBuilder
+from pydrake.systems.framework import Context, Diagram, DiagramBuilder
 from pydrake.systems.primitives import (
     ConstantVectorSource,
     Multiplexer,
@@ -236,8 +236,14 @@ def _log_ports(controller, plant, command, *sensors) -> dict:
     return ports | {"plant_state": plant.get_state_output_port()}
 
 
+Attend = Callable[[Diagram, Context], float | None]
+
+
 def simulate(
-    scenario: Scenario, progress: Callable[[float], None] | None = None, chunk: float = 0.02
+    scenario: Scenario,
+    progress: Callable[[float], None] | None = None,
+    chunk: float = 0.02,
+    attend: Attend | None = None,
 ) -> Result:
     """Run a scenario to its end, a fall, or Ctrl-C, and return everything that was recorded.
 
@@ -245,20 +251,23 @@ def simulate(
         scenario: what to run.
         progress: called with the simulated time (s) every `chunk` seconds.
         chunk: how often a fall, an interruption and the progress are looked at (s).
+        attend: called with the diagram and its context, which it may change; returns by how much
+            to go on until the next call (s), 0 to wait, or None to end the run.
     """
     diagram = build_simulation(scenario)
     simulator = Simulator(diagram)
     plant = diagram.GetSubsystemByName("plant")
-    context = simulator.get_context()
+    context = simulator.get_mutable_context()
     plant_context = plant.GetMyContextFromRoot(context)
     fell, started = False, time.perf_counter()
     with _interruption() as interrupted:
         simulator.Initialize()
         while not (fell or interrupted.is_set()):
             now = context.get_time()
-            if now >= scenario.duration - 0.5 * PERIOD:
+            step = chunk if attend is None else attend(diagram, context)
+            if step is None or now >= scenario.duration - 0.5 * PERIOD:
                 break
-            simulator.AdvanceTo(min(now + chunk, scenario.duration))
+            simulator.AdvanceTo(min(now + step, scenario.duration))
             fell = has_fallen(plant.GetPositions(plant_context))
             if progress is not None:
                 progress(context.get_time())

@@ -8,7 +8,7 @@ from lola_drake.scenario import Scenario
 from lola_drake.signals import FEET, GAIT_PHASE, GROUND_FORCE
 
 
-@pytest.fixture
+@pytest.fixture(scope="session")
 def make_result():
     """Return a function that makes the record of a made-up walk, without any simulation.
 

@@ -16,9 +16,9 @@ from lola_drake.results import load_result
 def lola(make_result, monkeypatch, tmp_path):
     """Return a function that runs the command in an empty folder; the outcome can be set."""
     monkeypatch.chdir(tmp_path)
-    outcome, runs = {}, []
+    outcome, runs, drawn = {}, [], []
 
-    def simulate(scenario, progress=None):
+    def simulate(scenario, progress=None, attend=None):
         runs.append(scenario)
         if progress is not None:
             progress(scenario.duration / 2)
@@ -26,11 +26,13 @@ def lola(make_result, monkeypatch, tmp_path):
 
     module = types.SimpleNamespace(simulate=simulate)
     monkeypatch.setitem(sys.modules, "lola_drake.simulation", module)
+    pictures = types.SimpleNamespace(write_pictures=lambda result, folder: drawn.append(folder))
+    monkeypatch.setitem(sys.modules, "lola_drake.analysis.pictures", pictures)
 
     def run(*arguments):
         return CliRunner().invoke(app, arguments)
 
-    run.outcome, run.runs = outcome, runs
+    run.outcome, run.runs, run.drawn = outcome, runs, drawn
     return run
 
 
@@ -55,6 +57,12 @@ def test_simulate_writes_a_run_and_says_where(lola, tmp_path):
     assert done.stdout.endswith("written to runs/stand\n")
     assert "max_inclination_deg" in done.stdout
     assert load_result(tmp_path / "runs" / "stand").scenario.name == "stand"
+
+
+def test_pictures_are_drawn_unless_unwanted(lola):
+    lola("simulate", "stand")
+    lola("simulate", "stand", "-o", "plain", "--no-pictures")
+    assert [str(folder) for folder in lola.drawn] == ["runs/stand"]
 
 
 def test_options_change_the_scenario(lola):

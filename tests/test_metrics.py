@@ -5,7 +5,7 @@ import pytest
 
 from lola_drake import metrics
 from lola_drake.logged import TORSO_POSE
-from lola_drake.signals import CONTACT_WRENCH, DESIRED_WRENCH, TASK_COMMAND
+from lola_drake.signals import CONTACT_WRENCH, DESIRED_WRENCH, JOINTS, TASK_COMMAND
 
 
 def test_straight_walk(make_result):
@@ -97,3 +97,39 @@ def test_settling_counts_from_the_largest_inclination():
     assert metrics.settling_time(times, torso) == 3.0
     torso[-1, 3] = np.radians(2.0)
     assert metrics.settling_time(times, torso) is None
+
+
+def test_acceleration_of_a_height():
+    times = np.arange(0.0, 1.0, 0.001)
+    assert metrics.vertical_acceleration(times, 0.5 * 3.0 * times**2) == pytest.approx(3.0)
+    wave = metrics.vertical_acceleration(times, 0.01 * np.sin(10.0 * times))
+    assert np.abs(wave + np.sin(10.0 * times))[30:-30].max() < 0.01
+    assert not metrics.vertical_acceleration(times[:10], times[:10]).any()
+
+
+def test_steps_beyond_limits_are_counted_by_kind():
+    n = len(JOINTS)
+    limits = metrics.Limits(
+        -np.ones(n), np.ones(n), np.full(n, 5.0), np.full(n, 100.0), friction=0.5
+    )
+    signals = {name: np.zeros((6, n)) for name in ("joint_position", "joint_velocity")}
+    signals["joint_torque"], signals["ground_force"] = np.zeros((6, n)), np.zeros((6, 6))
+    assert not any(metrics.steps_beyond_limits(signals, limits).values())
+    signals["joint_position"][[1, 2], [3, 4]] = [1.01, -1.01]
+    signals["joint_velocity"][0, [5, 6, 7]] = -6.0
+    signals["joint_torque"][3:, 2] = 100.0
+    # Sliding, holding, sliding without a load on the foot.
+    signals["ground_force"][:3, :3] = [[0, 149.5, 300], [100, 100, 300], [9, 0, 10]]
+    assert metrics.steps_beyond_limits(signals, limits) == {
+        "joint_angle": 2,
+        "joint_speed": 1,
+        "joint_torque": 3,
+        "friction": 1,
+    }
+
+
+def test_the_run_knows_its_limits(make_result):
+    result = make_result(steps=2)
+    result.signals["joint_velocity"][700:720, 3] = 100.0
+    assert result.metrics["steps_beyond_limits"]["joint_speed"] == 20
+    assert result.metrics["max_com_vertical_acceleration_m_per_s2"] == 0.0

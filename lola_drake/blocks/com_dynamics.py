@@ -5,7 +5,7 @@ In single support an error of the contact force is also met by accelerating the 
 | paper          | here                                         |
 |----------------|----------------------------------------------|
 | M              | `inertia`, the diagonal of M in eq. 18       |
-| R_f            | `lever_matrix()`                             |
+| R_f            | written out in `com_acceleration()`          |
 | g_a            | `gain`                                       |
 | s_a,f          | `single_support()`, from measured contacts   |
 | K_a,x          | `decay_gain`                                 |
@@ -45,14 +45,20 @@ class ComDynamicsParams:
         validate(self)
 
 
-def lever_matrix(r_x: float, r_y: float) -> np.ndarray:
-    """Return R_f of eq. 18 for the vector (r_x, r_y) in m from the CoM to the foot in T."""
-    return np.array([[1.0, 0.0, r_y], [0.0, 1.0, -r_x], [0.0, 0.0, 1.0]])
+def com_acceleration(
+    inertia: Sequence[float], r_x: float, r_y: float, error: Sequence[float]
+) -> tuple[float, float, float]:
+    """Return Delta a = M^-1 R_f e (eq. 18): phi_x'', phi_y'' (rad/s^2), z_c'' (m/s^2).
 
-
-def com_acceleration(inertia: np.ndarray, r_x: float, r_y: float, error: np.ndarray) -> np.ndarray:
-    """Return Delta a = M^-1 R_f e (eq. 18): phi_x'', phi_y'' (rad/s^2), z_c'' (m/s^2)."""
-    return lever_matrix(r_x, r_y).dot(error) / inertia
+    Args:
+        inertia: theta_xx, theta_yy (kg m^2) and mass (kg), the diagonal of M.
+        r_x: from the CoM to the foot in T (m).
+        r_y: the same along y.
+        error: e, the missing torques T_x, T_y (Nm) and vertical force (N) of the foot.
+    """
+    theta_xx, theta_yy, mass = inertia
+    e_x, e_y, e_z = error
+    return (e_x + r_y * e_z) / theta_xx, (e_y - r_x * e_z) / theta_yy, e_z / mass
 
 
 def single_support(contact: Sequence[float], foot: int) -> bool:
@@ -124,7 +130,7 @@ class ComDynamics(LeafSystem):
             period: the control period (s).
         """
         super().__init__()
-        self._foot, self._inertia, self._period = FEET.index(foot), inertia, period
+        self._foot, self._inertia, self._period = FEET.index(foot), inertia.tolist(), period
         self._limits = (params.max_angle_rate, params.max_angle_rate, params.max_height_rate)
         self._modification_limits = modification_limits.tolist()
         self._r = TASK_REFERENCE.slice(f"w_{foot}", 2)
@@ -138,24 +144,21 @@ class ComDynamics(LeafSystem):
         self._modification = self.DeclareVectorInputPort(
             "task_modification", TASK_MODIFICATION.size
         )
-        self.DeclareStateOutputPort(COM_DYNAMICS_RATE.name, state)
+        self._rate = self.DeclareStateOutputPort(COM_DYNAMICS_RATE.name, state)
         self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._update)
 
     def _update(self, context, state):
-        rate = context.get_discrete_state_vector().value()
+        rate = self._rate.Eval(context).tolist()
         gain, decay_gain = context.get_numeric_parameter(self._gains).value().tolist()
         if single_support(self._contact.Eval(context).tolist(), self._foot):
             r_x, r_y = self._reference.Eval(context)[self._r].tolist()
             error = self._desired.Eval(context)[self._desired_wrench] - self._actual.Eval(context)
-            change = -gain * com_acceleration(self._inertia, r_x, r_y, error)
+            acceleration = com_acceleration(self._inertia, r_x, r_y, error.tolist())
+            change = [-gain * self._period * a for a in acceleration]
         else:
-            change = -decay_gain * rate
+            change = [-decay_gain * self._period * r for r in rate]
+        modification = self._modification.Eval(context).tolist()
         directions = zip(
-            rate.tolist(),
-            (self._period * change).tolist(),
-            self._limits,
-            self._modification.Eval(context).tolist(),
-            self._modification_limits,
-            strict=True,
+            rate, change, self._limits, modification, self._modification_limits, strict=True
         )
         state.set_value([limited_step(*direction) for direction in directions])

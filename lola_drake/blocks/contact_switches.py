@@ -62,13 +62,13 @@ class ContactSwitches(LeafSystem):
         self._results = self.DeclareAbstractInputPort("contact_results", Value[ContactResults]())
         self._state = self.DeclareDiscreteState(np.ones(CONTACT.size))
         self._ground_force = self.DeclareDiscreteState(GROUND_FORCE.size)
-        self.DeclareStateOutputPort(CONTACT.name, self._state)
+        self._contact = self.DeclareStateOutputPort(CONTACT.name, self._state)
         self.DeclareStateOutputPort(GROUND_FORCE.name, self._ground_force)
         self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._update)
 
     def _update(self, context, state):
         forces = pad_forces(self._results.Eval(context), self._pads)
-        closed = context.get_discrete_state(self._state).value()
+        closed = self._contact.Eval(context)
         state.set_value(
             self._state,
             [

@@ -71,7 +71,7 @@ class FootForceSensor(LeafSystem):
         self._gain = 1 - np.exp(-2 * np.pi * params.cutoff * period) if params.cutoff else 1.0
         self._forces = self.DeclareAbstractInputPort("reaction_forces", Value[list[SpatialForce]]())
         state = self.DeclareDiscreteState(initial)
-        self.DeclareStateOutputPort(MEASURED_WRENCH.name, state)
+        self._reading = self.DeclareStateOutputPort(MEASURED_WRENCH.name, state)
         self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._update)
 
     def _update(self, context, state):
@@ -82,5 +82,5 @@ class FootForceSensor(LeafSystem):
         )
         # The plant reports the force on the sole; the sensor feels the opposite.
         raw = self._noise(round(context.get_time() / self._period)) - on_soles
-        filtered = context.get_discrete_state_vector().value()
+        filtered = self._reading.Eval(context)
         state.set_value(filtered + self._gain * (raw - filtered))

@@ -13,8 +13,8 @@ pads, and what they cannot give by a shift of the load. The numbers are our own.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from math import exp
 
-import numpy as np
 from pydrake.systems.framework import LeafSystem
 
 from lola_drake.parameters import parameter, validate
@@ -53,7 +53,7 @@ def distribute(
     margin_x: float,
     margin_y: float,
     least_force: float,
-) -> np.ndarray:
+) -> list[float]:
     """Return lambda_d of the left and right foot.
 
     Args:
@@ -92,7 +92,7 @@ def distribute(
     shift = min(max(shift, least), most)
     wrench[2] += shift
     wrench[5] -= shift
-    return np.array(wrench)
+    return wrench
 
 
 class ForceDistribution(LeafSystem):
@@ -117,7 +117,7 @@ class ForceDistribution(LeafSystem):
         super().__init__()
         self._params = params
         # Exact for a wrench that is held over the period.
-        self._gain = params.rate_filter * (1 - np.exp(-period / params.rate_filter))
+        self._gain = params.rate_filter * (1 - exp(-period / params.rate_filter))
         self._modified = self.DeclareVectorInputPort("modified_wrench", MODIFIED_WRENCH.size)
         self._phase = self.DeclareVectorInputPort("gait_phase", GAIT_PHASE.size)
         self._reference = self.DeclareVectorInputPort("task_reference", TASK_REFERENCE.size)
@@ -148,9 +148,12 @@ class ForceDistribution(LeafSystem):
         unplanned = wrench.copy()
         unplanned[2] -= load[0] * modified[2]
         unplanned[5] -= load[1] * modified[2]
-        filtered = context.get_discrete_state_vector().value()
-        rate = (unplanned - filtered) / self._params.rate_filter
-        output.set_value(np.concatenate([wrench, rate]))
+        filtered = context.get_discrete_state_vector().value().tolist()
+        rate = [
+            (wrench - filtered) / self._params.rate_filter
+            for wrench, filtered in zip(unplanned, filtered, strict=True)
+        ]
+        output.set_value(wrench + rate)
 
     def _update(self, context, state):
         rate = self._output.Eval(context)[6:]

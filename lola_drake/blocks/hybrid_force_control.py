@@ -38,7 +38,7 @@ from lola_drake.signals import (
     TORSO_ORIENTATION,
 )
 
-FORCE_CONTROLLED = np.array([3, 4, 2])
+FORCE_CONTROLLED = (3, 4, 2)
 """S_c,f of eq. 12: sin gamma_x, sin gamma_y and z within a foot's task."""
 
 
@@ -141,19 +141,19 @@ def force_control_rate(
 
 
 def modification_rate(
-    force_rate: np.ndarray,
-    com_dynamics_rate: np.ndarray,
-    deviation: np.ndarray,
-    blend: np.ndarray,
+    force_rate: float,
+    com_dynamics_rate: float,
+    deviation: float,
+    blend: float,
     position_gain: float,
-) -> np.ndarray:
-    """Return one foot's part of Delta w' (eq. 16 and 21), shape (3,).
+) -> float:
+    """Return one entry of Delta w' (eq. 16 and 21).
 
     Args:
         force_rate: w_f' of eq. 15.
         com_dynamics_rate: Delta w_a,f' of eq. 20.
-        deviation: w - w_id in the force-controlled directions.
-        blend: b_f, 1 for force control and 0 for position control, per direction.
+        deviation: w - w_id in this direction.
+        blend: b_f, 1 for force control and 0 for position control.
         position_gain: K_x (1/s).
     """
     return blend * (force_rate + com_dynamics_rate) - (1 - blend) * position_gain * deviation
@@ -247,55 +247,52 @@ class HybridForceControl(LeafSystem):
             self._calc_contact,
             prerequisites_of_calc=contact_inputs,
         )
-        self.DeclareStateOutputPort("task_modification", state)
+        self._modification = self.DeclareStateOutputPort("task_modification", state)
         self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._update)
 
     def _calc_contact(self, context, output):
         _, _, _, s_x, s_y, yaw = self._reference.Eval(context)[self._w].tolist()
-        delta_x, delta_y, _ = context.get_discrete_state_vector().value().tolist()
+        delta_x, delta_y, _ = self._modification.Eval(context).tolist()
         measured = self._measured.Eval(context)[self._measured_wrench].tolist()
         angles = s_x + delta_x, s_y + delta_y, yaw
         output.set_value(wrench_at_tcp(measured, angles, self._sensor))
 
     def _calc_command(self, context, output):
         reference = self._reference.Eval(context)
-        deviation = context.get_discrete_state_vector().value()
         desired = self._desired.Eval(context)
+        contact = self._contact.Eval(context)
         time_constant, position_gain = context.get_numeric_parameter(self._gains).value().tolist()
         force_rate = force_control_rate(
             self._inverse,
-            desired[self._desired_wrench] - self._contact.Eval(context),
+            desired[self._desired_wrench] - contact,
             desired[self._desired_rate],
             time_constant,
-        )
-        phi_x, phi_y = self._orientation.Eval(context)[:2].tolist()
-        level = np.array([-self._leveling * phi_x, -self._leveling * phi_y, 0.0])
-        blend = self._phase.Eval(context).item(self._blend)
-        grip = min(max(self._contact.Eval(context).item(2) / self._grip_force, 0.0), 1.0)
-        rate = modification_rate(
-            force_rate,
-            self._com_dynamics.Eval(context),
-            deviation - level,
-            np.array([blend * grip, blend * grip, blend]),
-            position_gain,
-        )
+        ).tolist()
+        com_dynamics_rate = self._com_dynamics.Eval(context).tolist()
+        phi_x, phi_y, _, _ = self._orientation.Eval(context).tolist()
+        level = (-self._leveling * phi_x, -self._leveling * phi_y, 0.0)
+        force_controlled = self._phase.Eval(context).item(self._blend)
+        grip = min(max(contact.item(2) / self._grip_force, 0.0), 1.0)
+        blend = (grip * force_controlled, grip * force_controlled, force_controlled)
+        delta = self._modification.Eval(context).tolist()
         w, w_dot = reference[self._w].tolist(), reference[self._w_dot].tolist()
-        modification = zip(
-            FORCE_CONTROLLED,
-            rate.tolist(),
-            deviation.tolist(),
-            self._limits,
-            self._rate_limits,
-            strict=True,
-        )
-        for i, rate, delta, limit, rate_limit in modification:
-            w[i] += delta
-            w_dot[i] += limited_rate(rate, delta, limit, rate_limit, self._period)
-        output.set_value([*w, *w_dot])
+        for k, i in enumerate(FORCE_CONTROLLED):
+            rate = modification_rate(
+                force_rate[k], com_dynamics_rate[k], delta[k] - level[k], blend[k], position_gain
+            )
+            w[i] += delta[k]
+            w_dot[i] += limited_rate(
+                rate, delta[k], self._limits[k], self._rate_limits[k], self._period
+            )
+        output.set_value(w + w_dot)
 
     def _update(self, context, state):
-        command = self._command.Eval(context)
-        reference = self._reference.Eval(context)
-        rate = (command[6:] - reference[self._w_dot])[FORCE_CONTROLLED]
-        deviation = context.get_discrete_state_vector().value()
-        state.set_value(deviation + self._period * rate)
+        w_dot = self._command.Eval(context)[6:].tolist()
+        ideal = self._reference.Eval(context)[self._w_dot].tolist()
+        delta = self._modification.Eval(context).tolist()
+        state.set_value(
+            [
+                delta[k] + self._period * (w_dot[i] - ideal[i])
+                for k, i in enumerate(FORCE_CONTROLLED)
+            ]
+        )

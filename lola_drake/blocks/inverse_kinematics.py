@@ -14,6 +14,7 @@ the static torque that holds the desired foot wrenches, -J^T lambda_d. Gravity i
 the task is the feet's motion relative to the CoM.
 """
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -28,7 +29,7 @@ from lola_drake.signals import DESIRED_WRENCH, JOINT_COMMAND, JOINTS, TASK_COMMA
 _N = len(JOINTS)
 _PRESCRIBED = [JOINT_INDEX[name] for name in ("tzfl", "tzfr", "tvp", "tvt")]
 _TOES, _TOE_RATES = TASK_REFERENCE.slice("toes"), TASK_REFERENCE.slice("toe_rates")
-_WRENCH_ROWS = np.concatenate([FORCE_CONTROLLED, FOOT_TASK + FORCE_CONTROLLED])
+_WRENCH_ROWS = [first + i for first in (0, FOOT_TASK) for i in FORCE_CONTROLLED]
 
 
 @dataclass(frozen=True)
@@ -101,6 +102,79 @@ def resolve_rates(
     return wish + weighted.T.dot(multipliers)
 
 
+class JointResolution:
+    """From wanted rates of a task to a joint command; the redundant joints follow their wishes.
+
+    The toes and the head are prescribed, the other joints stay near the comfort pose and away
+    from their limits.
+    """
+
+    def __init__(
+        self,
+        params: InverseKinematicsParams,
+        position_limits: tuple[np.ndarray, np.ndarray],
+        comfort: np.ndarray,
+        period: float,
+    ):
+        """Create it for joints with the given limits and comfort pose (rad), shape (24,)."""
+        self._params, self._comfort, self._period = params, comfort.copy(), period
+        lower, upper = position_limits
+        self._lower, self._upper = lower + params.limit_margin, upper - params.limit_margin
+        self._damping = params.damping * np.eye(2 * FOOT_TASK)
+        self._wrench = np.zeros(2 * FOOT_TASK)
+        self._mobility = np.ones(_N)
+        self._mobility[_PRESCRIBED] = 0.0
+        self.correction = params.drift_correction / period
+
+    def command(
+        self,
+        q: np.ndarray,
+        task: np.ndarray,
+        rates: np.ndarray,
+        reference: np.ndarray,
+        torque: np.ndarray,
+    ) -> np.ndarray:
+        """Return the joint command that moves the joints from q for one period.
+
+        Args:
+            q: joint angles (rad), shape (24,).
+            task: task rates per joint rate, shape (12, 24).
+            rates: wanted task rates, shape (12,).
+            reference: `task_reference`, for the toes.
+            torque: to feed forward (Nm), shape (24,).
+        """
+        params = self._params
+        wish = null_space_motion(
+            q, self._comfort, self._lower, self._upper, params.comfort_gain, params.limit_gain
+        )
+        for joint, rate in self._prescribed_rates(q, reference):
+            wish[joint] = rate
+        q_dot = resolve_rates(task, rates, self._mobility, wish, self._damping)
+        return np.concatenate([q + self._period * q_dot, q_dot, torque])
+
+    def _prescribed_rates(
+        self, q: np.ndarray, reference: np.ndarray
+    ) -> Iterator[tuple[int, float]]:
+        """Yield the joints of the toes and the head with their rates."""
+        (left, right), (rate_left, rate_right) = (
+            reference[_TOES].tolist(),
+            reference[_TOE_RATES].tolist(),
+        )
+        angles, rates = (left, -right, 0.0, 0.0), (rate_left, -rate_right, 0.0, 0.0)
+        for joint, angle, rate in zip(_PRESCRIBED, angles, rates, strict=True):
+            yield joint, rate + self.correction * (angle - q.item(joint))
+
+    def holding_torque(self, jacobian: np.ndarray, desired_wrench: np.ndarray) -> np.ndarray:
+        """Return the static torque (Nm) that holds both feet's desired wrenches, shape (24,).
+
+        Args:
+            jacobian: of both feet's tasks, shape (12, 24).
+            desired_wrench: the signal of that name.
+        """
+        self._wrench[_WRENCH_ROWS] = desired_wrench[:6]
+        return -self._params.feedforward * jacobian.T.dot(self._wrench)
+
+
 class InverseKinematics(LeafSystem):
     """Turns the feet's commands into joint commands.
 
@@ -134,14 +208,8 @@ class InverseKinematics(LeafSystem):
             period: the control period (s).
         """
         super().__init__()
-        self._params, self._kinematics, self._period = params, kinematics, period
-        self._comfort = initial.copy()
-        lower, upper = kinematics.position_limits
-        self._lower, self._upper = lower + params.limit_margin, upper - params.limit_margin
-        self._damping = params.damping * np.eye(2 * FOOT_TASK)
-        self._wrench = np.zeros(2 * FOOT_TASK)
-        self._mobility = np.ones(_N)
-        self._mobility[_PRESCRIBED] = 0.0
+        self._kinematics = kinematics
+        self._resolution = JointResolution(params, kinematics.position_limits, initial, period)
         state = self.DeclareDiscreteState(initial)
         self._commands = [
             self.DeclareVectorInputPort(f"task_command_{foot}", TASK_COMMAND.size) for foot in "lr"
@@ -160,37 +228,19 @@ class InverseKinematics(LeafSystem):
     def _calc(self, context, output):
         q = context.get_discrete_state_vector().value()
         left, right = (port.Eval(context) for port in self._commands)
-        kinematics, params = self._kinematics, self._params
+        kinematics, resolution = self._kinematics, self._resolution
         kinematics.update(q)
         w = np.concatenate([left[:6], right[:6]])
         w_dot = np.concatenate([left[6:], right[6:]])
-        correction = params.drift_correction / self._period
-        wish = null_space_motion(
-            q, self._comfort, self._lower, self._upper, params.comfort_gain, params.limit_gain
+        output.set_value(
+            resolution.command(
+                q,
+                kinematics.jacobian,
+                w_dot + resolution.correction * (w - kinematics.w),
+                self._reference.Eval(context),
+                resolution.holding_torque(kinematics.jacobian, self._desired.Eval(context)),
+            )
         )
-        for joint, rate in self._prescribed_rates(context, q, correction):
-            wish[joint] = rate
-        rates = resolve_rates(
-            kinematics.jacobian,
-            w_dot + correction * (w - kinematics.w),
-            self._mobility,
-            wish,
-            self._damping,
-        )
-        self._wrench[_WRENCH_ROWS] = self._desired.Eval(context)[:6]
-        torque = -params.feedforward * kinematics.jacobian.T.dot(self._wrench)
-        output.set_value(np.concatenate([q + self._period * rates, rates, torque]))
-
-    def _prescribed_rates(self, context, q: np.ndarray, correction: float):
-        """Yield the joints of the toes and the head with their rates."""
-        reference = self._reference.Eval(context)
-        (left, right), (rate_left, rate_right) = (
-            reference[_TOES].tolist(),
-            reference[_TOE_RATES].tolist(),
-        )
-        angles, rates = (left, -right, 0.0, 0.0), (rate_left, -rate_right, 0.0, 0.0)
-        for joint, angle, rate in zip(_PRESCRIBED, angles, rates, strict=True):
-            yield joint, rate + correction * (angle - q.item(joint))
 
     def _update(self, context, state):
         state.set_value(self._output.Eval(context)[:_N])

@@ -43,36 +43,25 @@ def set_servo_gains(plant: MultibodyPlant, params: JointServosParams) -> None:
 
 
 def limit_command(
-    command: np.ndarray,
-    sent: np.ndarray,
-    speed_limit: np.ndarray,
-    torque_limit: np.ndarray,
-    period: float,
+    command: np.ndarray, sent: np.ndarray, reach: np.ndarray, limits: np.ndarray
 ) -> np.ndarray:
     """Return the joint command within the joints' speeds and torques.
 
     Args:
         command: q, q', torque (rad, rad/s, Nm), shape (72,).
-        sent: the command sent before, shape (72,).
-        speed_limit: greatest speeds (rad/s), shape (24,).
-        torque_limit: greatest torques (Nm), shape (24,).
-        period: time since the command before (s).
+        sent: q of the command before, shape (24,).
+        reach: how far q may be from there: greatest speeds times the period (rad), shape (24,).
+        limits: greatest speeds (rad/s) and torques (Nm), shape (48,).
     """
-    q, q_dot, torque = command[:_N], command[_N : 2 * _N], command[2 * _N :]
-    reach = period * speed_limit
-    return np.concatenate(
-        [
-            np.minimum(np.maximum(q, sent[:_N] - reach), sent[:_N] + reach),
-            np.minimum(np.maximum(q_dot, -speed_limit), speed_limit),
-            np.minimum(np.maximum(torque, -torque_limit), torque_limit),
-        ]
-    )
+    lower = np.concatenate([sent - reach, -limits])
+    upper = np.concatenate([sent + reach, limits])
+    return np.minimum(np.maximum(command, lower), upper)
 
 
 class JointServos(LeafSystem):
     """Sends joint commands over the bus to the servos in the plant.
 
-    The state is the line of commands on the bus, the newest first.
+    The state is the commands on the bus, the newest first; the oldest one arrives at the servos.
 
     .. pydrake_system::
 
@@ -94,32 +83,27 @@ class JointServos(LeafSystem):
     ):
         """Create the block, holding the joint angles `initial` (rad), shape (24,)."""
         super().__init__()
-        self._speed_limit, self._torque_limit, self._period = speed_limit, torque_limit, period
+        self._reach = period * speed_limit
+        self._limits = np.concatenate([speed_limit, torque_limit])
         self._command = self.DeclareVectorInputPort("joint_command", JOINT_COMMAND.size)
-        at_rest = np.concatenate([initial, np.zeros(2 * _N)])
-        state = self.DeclareDiscreteState(np.tile(at_rest, params.delay_ticks))
-        on = {self.discrete_state_ticket(state)}
-        self.DeclareVectorOutputPort(
-            "joint_desired_state", 2 * _N, self._calc_desired, prerequisites_of_calc=on
-        )
-        self.DeclareVectorOutputPort(
-            "joint_feedforward", _N, self._calc_feedforward, prerequisites_of_calc=on
-        )
+        self._bus = [
+            (
+                self.DeclareDiscreteState(np.concatenate([initial, np.zeros(_N)])),
+                self.DeclareDiscreteState(_N),
+            )
+            for _ in range(params.delay_ticks)
+        ]
+        desired_state, feedforward = self._bus[-1]
+        self.DeclareStateOutputPort("joint_desired_state", desired_state)
+        self.DeclareStateOutputPort("joint_feedforward", feedforward)
         self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._update)
 
-    def _calc_desired(self, context, output):
-        output.set_value(context.get_discrete_state_vector().value()[-3 * _N : -_N])
-
-    def _calc_feedforward(self, context, output):
-        output.set_value(context.get_discrete_state_vector().value()[-_N:])
-
     def _update(self, context, state):
-        line = context.get_discrete_state_vector().value()
-        newest = limit_command(
-            self._command.Eval(context),
-            line[: 3 * _N],
-            self._speed_limit,
-            self._torque_limit,
-            self._period,
-        )
-        state.set_value(np.concatenate([newest, line[: -3 * _N]]))
+        for older, newer in zip(self._bus[1:], self._bus[:-1], strict=True):
+            for to, group in zip(older, newer, strict=True):
+                state.set_value(to, context.get_discrete_state(group).value())
+        desired_state, feedforward = self._bus[0]
+        sent = context.get_discrete_state(desired_state).value()[:_N]
+        command = limit_command(self._command.Eval(context), sent, self._reach, self._limits)
+        state.set_value(desired_state, command[: 2 * _N])
+        state.set_value(feedforward, command[2 * _N :])

@@ -167,7 +167,7 @@ class WalkingPattern(LeafSystem):
 
     def _plan(self, context) -> tuple[StepRequest, StepPlan, int]:
         """Return the request, its plan and the row that belongs to the context's time."""
-        state = context.get_discrete_state(self._state).value()
+        state = context.get_discrete_state_vector().value()
         key = state.tobytes()
         if key not in self._plans:
             request = unpack_request(state)
@@ -315,7 +315,7 @@ def unpack_request(vector: np.ndarray) -> StepRequest:
         vector[4:].copy(), np.cumsum([3, 3, 4, 4, 3, 3, 2, 1])
     )
     return StepRequest(
-        start_time=start_time,
+        start_time=float(start_time),
         step_index=int(step_index),
         swing=int(swing),
         load=load,

@@ -1,0 +1,54 @@
+"""Contacts that come before or after their time: what the plan did not expect."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from lola_drake.results import Result
+from lola_drake.signals import CONTACT, FEET, GAIT_PHASE
+
+PUNCTUAL = 0.06
+"""A landing counts as early or late from this difference to its planned time on (s)."""
+
+
+@dataclass(frozen=True)
+class Landing:
+    """One landing of a swing foot.
+
+    Attributes:
+        foot: "l" or "r".
+        planned: when the plan at lift-off wanted it (s).
+        measured: when the first contact switch closed (s).
+    """
+
+    foot: str
+    planned: float
+    measured: float
+
+    @property
+    def kind(self) -> str:
+        """Return "early", "late", or "punctual"."""
+        if abs(self.measured - self.planned) < PUNCTUAL:
+            return "punctual"
+        return "early" if self.measured < self.planned else "late"
+
+
+def landings(result: Result) -> list[Landing]:
+    """Return every landing of a run in the order of time.
+
+    The contacts are looked at from the middle of the planned swing on, when the foot has long
+    left the ground; a swing that ends without a contact is left out.
+    """
+    times, pattern = result.times, result.scenario.pattern
+    swing = pattern.step_time - pattern.double_support
+    support = result.signals["gait_phase"][:, GAIT_PHASE.slice("support")]
+    found = []
+    for i, foot in enumerate(FEET):
+        pads = result.signals["contact"][:, CONTACT.slice(f"pads_{foot}")]
+        closing = times[1:][np.diff(pads.any(axis=1).astype(int)) > 0]
+        lift_offs = times[1:][np.diff(support[:, i]) < 0]
+        for lift_off, following in zip(lift_offs, [*lift_offs[1:], np.inf], strict=True):
+            candidates = closing[(closing > lift_off + 0.5 * swing) & (closing < following)]
+            if len(candidates):
+                found.append(Landing(foot, float(lift_off + swing), float(candidates[0])))
+    return sorted(found, key=lambda landing: landing.measured)

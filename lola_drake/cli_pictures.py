@@ -1,0 +1,116 @@
+"""The commands of `lola` that show something: block diagrams, reports, films."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from lola_drake.cli_common import Host, errors_in_one_line
+
+if TYPE_CHECKING:
+    from lola_drake.analysis.live import LiveView
+    from lola_drake.results import Result
+    from lola_drake.scenario import Scenario
+
+app = typer.Typer()
+
+
+def live_view(scenario: "Scenario", host: str) -> "LiveView":
+    """Return what shows a simulation in a browser, and say where."""
+    from lola_drake.analysis.live import LiveView
+    from lola_drake.analysis.stage import open_meshcat
+
+    meshcat = open_meshcat(host=host, live=True)
+    typer.echo(f"waiting for a browser at {meshcat.web_url()}", err=True)
+    return LiveView(scenario, meshcat)
+
+
+def write(result: "Result", folder: Path, *, pictures: bool, video: bool) -> None:
+    """Write what a run's user wants to see into its folder."""
+    if pictures:
+        from lola_drake.analysis.pictures import write_pictures
+
+        write_pictures(result, folder)
+    if video:
+        from lola_drake.analysis.video import save_video
+
+        save_video(result, folder / "video.webp")
+
+
+@app.command()
+def diagram(
+    scenario: Annotated[
+        str, typer.Argument(help="A name from `lola list`, or a YAML file.")
+    ] = "walk_flat",
+    depth: Annotated[
+        int, typer.Option(min=0, help="Levels to open; 0 shows one block with all its signals.")
+    ] = 1,
+    system: Annotated[
+        str | None, typer.Option(help="Only this system, by its name in the diagram.")
+    ] = None,
+    logging: Annotated[bool, typer.Option("--logging", help="Show the logs, too.")] = False,
+    output: Annotated[
+        Path | None,
+        typer.Option("--output", "-o", help="File ending in .svg, .png, .pdf or .dot."),
+    ] = None,
+    all_: Annotated[
+        bool, typer.Option("--all", help="Write every picture, with an index, into a folder.")
+    ] = False,
+) -> None:
+    """Draw the block diagram of a simulation, or of one system in it."""
+    from lola_drake.analysis.block_diagram import save_diagram, write_all
+    from lola_drake.scenario import load_scenario
+    from lola_drake.simulation import build_simulation
+
+    with errors_in_one_line():
+        if all_:
+            written = write_all(output or Path("diagrams"))
+        else:
+            simulation = build_simulation(load_scenario(scenario))
+            options = {"system": system, "depth": depth, "logging": logging}
+            path = output or Path(f"{system or 'simulation'}.svg")
+            written = [save_diagram(simulation, path, **options)]
+    for path in written:
+        print(path)
+
+
+@app.command()
+def report(
+    runs: Annotated[list[Path], typer.Argument(help="Folders of runs; the first is the base.")],
+    output: Annotated[Path, typer.Option("--output", "-o", help="File ending in .html.")] = Path(
+        "report.html"
+    ),
+    video: Annotated[
+        Path | None, typer.Option(help="Also a film of the first run, .webp or .mp4.")
+    ] = None,
+) -> None:
+    """Write one page about some runs, side by side: metrics, replays, figures, settings."""
+    from lola_drake.analysis.pictures import write_report
+    from lola_drake.analysis.video import save_video
+    from lola_drake.results import load_result
+
+    with errors_in_one_line():
+        results = [load_result(run) for run in runs]
+        print(write_report(results, output))
+        if video is not None:
+            print(save_video(results[0], video))
+
+
+@app.command()
+def walk(
+    scenario: Annotated[
+        str, typer.Argument(help="Where to walk: a scenario without steps of its own.")
+    ] = "stand",
+    changes: Annotated[
+        list[str] | None,
+        typer.Option("--set", metavar="KEY=VALUE", help="Change a value; may be repeated."),
+    ] = None,
+    host: Host = "localhost",
+) -> None:
+    """Steer the robot in a browser: by sliders, keys or gamepad; nothing is recorded."""
+    from lola_drake.analysis.live import walk_live
+    from lola_drake.scenario import load_scenario
+
+    with errors_in_one_line():
+        chosen = load_scenario(scenario, changes or [])
+        walk_live(chosen, live_view(chosen, host))
