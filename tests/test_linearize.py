@@ -12,10 +12,8 @@ from pydrake.systems.primitives import Integrator
 
 import lola_drake as lola
 from lola_drake.analysis.linear.cut_blocks import discrete_state, own_context, set_discrete_state
-from lola_drake.analysis.linear.equilibrium import move_states
 from lola_drake.analysis.linear.errors import AnalysisError
 from lola_drake.analysis.linear.linear_blocks import linear_blocks
-from lola_drake.analysis.linear.tangent import tangent_of
 from lola_drake.signals import JOINTS
 
 A = [[0.9, 0.1], [-0.2, 0.8]]
@@ -130,9 +128,10 @@ def test_the_blocks_together_are_the_whole_diagram(standing):
     blocks = linear_blocks(standing.diagram, standing.context, [], [])
     A = blocks.interconnect([], []).A
     scale = np.maximum(np.abs(A).max(axis=1), 1.0)
-    paths = [path for j in blocks.jacobians for path, names in j.states.items() for _ in names]
+    tangents = blocks.coordinates.tangents
+    paths = [path for path, tangent in tangents.items() for _ in range(tangent.dimension)]
     for k in range(0, len(A), 6):
-        motion = STEPS.get(paths[k], 1e-5) * blocks.scales[k] * np.eye(len(A))[k]
+        motion = STEPS.get(paths[k], 1e-5) * blocks.coordinates.scales[k] * np.eye(len(A))[k]
         ahead, behind = (whole_tick(standing, blocks, sign * motion) for sign in (1, -1))
         found = (ahead - behind) / (2 * motion[k])
         np.testing.assert_allclose(
@@ -143,17 +142,9 @@ def test_the_blocks_together_are_the_whole_diagram(standing):
 def whole_tick(situation, blocks, motion):
     """Return where the whole diagram goes in a tick from a moved state, as a motion itself."""
     context = situation.context.Clone()
-    move_states(blocks, context, motion)
+    blocks.coordinates.move(context, motion)
     context.SetDiscreteState(situation.diagram.EvalUniquePeriodicDiscreteUpdate(context))
-    motions = []
-    for jacobian in blocks.jacobians:
-        for path in jacobian.states:
-            block = blocks.wiring.blocks[path]
-            after, base = (
-                discrete_state(own_context(block, c)) for c in (context, situation.context)
-            )
-            motions.append(tangent_of(block, after.size).difference(after, base))
-    return np.concatenate(motions)
+    return blocks.coordinates.difference(context, situation.context)
 
 
 def test_with_servo_gains_autodiff_and_differences_agree_on_the_plant(standing):
@@ -166,7 +157,7 @@ def test_with_servo_gains_autodiff_and_differences_agree_on_the_plant(standing):
         next(j for j in blocks.jacobians if "plant" in j.states) for blocks in (exact, differences)
     )
     assert (plant.method, other.method) == ("AutoDiff", "differences")
-    n, torques = len(plant.states["plant"]), len(JOINTS)
+    n, torques = plant.dimension, len(JOINTS)
     edges = [0, n, n + torques, n + 2 * torques, n + 3 * torques]
     for first, last in itertools.pairwise(edges):
         found, by_differences = (j.matrix[:n, first:last] for j in (plant, other))

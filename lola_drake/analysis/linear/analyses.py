@@ -9,7 +9,7 @@ from lola_drake.analysis.linear.bench import Bench, make_bench
 from lola_drake.analysis.linear.linearize import state_space
 from lola_drake.analysis.linear.margins import Margins, MatrixMargins, loop_margins, matrix_margins
 from lola_drake.analysis.linear.open_loop import negated
-from lola_drake.analysis.linear.poles import Pole, neutral, poles
+from lola_drake.analysis.linear.poles import Pole, poles
 from lola_drake.analysis.linear.recipes import Recipe, recipe
 from lola_drake.analysis.linear.tables import Table, extra_tables, signals_of_tables
 from lola_drake.scenario import Scenario
@@ -133,12 +133,13 @@ def root_locus(bench: Bench, how: Recipe) -> Locus:
     found = []
     for value in how.values:
         model = part(bench.varied({how.knob: value}), how)
-        kept = ~neutral(model.state_labels)
-        found.append(np.linalg.eigvals(model.A[np.ix_(kept, kept)]))
+        found.append(np.linalg.eigvals(model.A))
     return Locus(how.knob, how.values, tuple(found), _value(bench.scenario, how.knob))
 
 
-def step_response(model: control.StateSpace, k: int, height: float) -> tuple[np.ndarray, np.ndarray]:
+def step_response(
+    model: control.StateSpace, k: int, height: float
+) -> tuple[np.ndarray, np.ndarray]:
     """Return times and all outputs after a step at input k, shapes (n,) and (n, outputs)."""
     count = round(SHOWN_STEP / model.dt)
     x, rows = np.zeros(model.nstates), []

@@ -23,10 +23,10 @@ from lola_drake.analysis.linear.cut_blocks import (
     read_port,
     set_discrete_state,
 )
-from lola_drake.analysis.linear.entries import state_names, switches
+from lola_drake.analysis.linear.entries import switches
 from lola_drake.analysis.linear.errors import AnalysisError, drake_errors
 from lola_drake.analysis.linear.plant_autodiff import autodiff_plant
-from lola_drake.analysis.linear.tangent import tangent_of
+from lola_drake.analysis.linear.tangent import Tangent, tangent_of
 from lola_drake.analysis.linear.wiring import Source, Target
 
 STEP = 6e-6
@@ -36,7 +36,7 @@ CONTACT_STEP = 1e-7
 """The same for a multibody plant: its contact is curved so strongly that less is better."""
 
 NOTICED = 1e-4
-"""A change that the contact solver cannot overlook: it returns its guess where that is good enough."""
+"""A change that the contact solver does not overlook: it returns a guess that is good enough."""
 
 AUTODIFF, DIFFERENCES = "AutoDiff", "differences"
 
@@ -47,7 +47,7 @@ class BlockJacobian:
 
     Attributes:
         group: paths of the blocks.
-        states: the blocks whose states make up the group's state, with the coordinates' names.
+        states: the blocks whose states make up the group's state, with their coordinates.
         inputs: the moved inputs, with their sizes.
         outputs: the read outputs, with their sizes.
         matrix: derivative of [next states, outputs] by [states, inputs].
@@ -56,12 +56,17 @@ class BlockJacobian:
     """
 
     group: tuple[str, ...]
-    states: dict[str, tuple[str, ...]]
+    states: dict[str, Tangent]
     inputs: dict[Target, int]
     outputs: dict[Source, int]
     matrix: np.ndarray
     drift: np.ndarray
     method: str
+
+    @property
+    def dimension(self) -> int:
+        """Return the number of the group's states."""
+        return sum(tangent.dimension for tangent in self.states.values())
 
 
 @dataclass(frozen=True)
@@ -103,7 +108,7 @@ def block_jacobian(
     raw, method = _raw_jacobian(group, names, autodiff)
     return BlockJacobian(
         group=tuple(group.blocks),
-        states=group.state_names(),
+        states=group.tangents,
         inputs={target: value.size for target, value in group.inputs.items()},
         outputs=dict(zip(group.outputs, map(len, group.read()), strict=True)),
         matrix=group.projection(following) @ raw,
@@ -164,13 +169,6 @@ class _Group:
             put = partial(fix_port, port, blocks[target.block].context)
             slots.append(_Slot(put, value, directions))
         return slots
-
-    def state_names(self) -> dict[str, tuple[str, ...]]:
-        """Return the names of the coordinates of every block that has state."""
-        return {
-            path: state_names(self.blocks[path].system, tangent.dimension)
-            for path, tangent in self.tangents.items()
-        }
 
     def projection(self, following: np.ndarray) -> np.ndarray:
         """Return what takes changes of `tick` to coordinates of small motions."""

@@ -1,4 +1,4 @@
-"""The border of stability in delta: where the linear model puts it, and where the simulation does."""
+"""The border of stability in delta: by the linear model, and by the nonlinear simulation."""
 
 from collections.abc import Callable
 
@@ -62,9 +62,7 @@ def swings_up(situation: Situation, delta: float, duration: float = 1.0) -> bool
     kick = np.zeros((count, 12))
     kick[:10, [2, 8]] = KICK
     try:
-        record = ticks.run(
-            ["contact_wrench_l", "contact_wrench_r"], count, "measured_wrench", kick
-        )
+        record = ticks.run(["contact_wrench_l", "contact_wrench_r"], count, "measured_wrench", kick)
     except AnalysisError:
         return True  # it swung up until nothing could be computed any more
     motion = np.abs(np.diff(record, axis=0)).max(axis=1)

@@ -4,12 +4,10 @@ import numpy as np
 from pydrake.systems.framework import Context, Diagram
 from scipy.linalg import matrix_balance
 
-from lola_drake.analysis.linear.cut_blocks import discrete_state, own_context, set_discrete_state
 from lola_drake.analysis.linear.errors import AnalysisError
 from lola_drake.analysis.linear.interconnection import LinearBlocks
 from lola_drake.analysis.linear.linear_blocks import linear_blocks
 from lola_drake.analysis.linear.poles import neutral
-from lola_drake.analysis.linear.tangent import tangent_of
 
 ITERATIONS = 20
 
@@ -31,14 +29,11 @@ def find_equilibrium(
     context, last = start.Clone(), np.inf
     for _ in range(ITERATIONS):
         blocks = linear_blocks(diagram, context, [], [])
-        drift = float(np.abs(blocks.drift / blocks.scales).max(initial=0.0))
+        drift = float(np.abs(blocks.relative_drift).max(initial=0.0))
         if drift <= allowed and drift > 0.1 * last:
             return context, drift
         last = drift
-        try:
-            move_states(blocks, context, _newton_step(blocks))
-        except np.linalg.LinAlgError:
-            raise AnalysisError("no equilibrium found, nothing holds the robot there") from None
+        blocks.coordinates.move(context, _newton_step(blocks))
     try:
         blocks.check_equilibrium(allowed)
     except AnalysisError as error:
@@ -54,18 +49,8 @@ def _newton_step(blocks: LinearBlocks) -> np.ndarray:
     balanced = (np.eye(len(A)) - A) * scale / scale[:, None]
     free = ~neutral(blocks.state_names)
     step = np.zeros(len(A))
-    step[free] = np.linalg.solve(balanced[np.ix_(free, free)], (blocks.drift / scale)[free])
+    # Least squares: a state that nothing moves, such as an integrator without gain, stays.
+    step[free] = np.linalg.lstsq(
+        balanced[np.ix_(free, free)], (blocks.drift / scale)[free], rcond=1e-12
+    )[0]
     return step * scale
-
-
-def move_states(blocks: LinearBlocks, context: Context, motion: np.ndarray) -> None:
-    """Move the states of a context by small motions, in the order of `blocks.state_names`."""
-    first = 0
-    for jacobian in blocks.jacobians:
-        for path, names in jacobian.states.items():
-            block = blocks.wiring.blocks[path]
-            own = own_context(block, context)
-            state = discrete_state(own)
-            part = motion[first : first + len(names)]
-            set_discrete_state(own, tangent_of(block, state.size).move(state, part))
-            first += len(names)

@@ -42,21 +42,19 @@ class FlexibleTorso:
         return control.ss(T.A, T.B, self.share * T.C, self.share * T.D + 1 - self.share, period)
 
 
-def with_torso(bench: Bench, torso: FlexibleTorso | None) -> tuple[np.ndarray, list[str]]:
-    """Return A of the whole loop and its states' names, with a rigid (None) or flexible torso.
+def with_torso(bench: Bench, torso: FlexibleTorso | None) -> np.ndarray:
+    """Return A of the whole loop with a rigid (None) or flexible torso.
 
     Args:
         bench: with `torso_orientation` among its inputs and outputs.
         torso: the mode.
     """
-    names = list(bench.blocks.state_names)
     if torso is None:
-        return bench.blocks.interconnect([], []).A, names
+        return bench.blocks.interconnect([], []).A
     imu = bench.select(["torso_orientation"])
     rigid = bench.blocks.interconnect(imu, imu, imu)
     path = torso.path(bench.blocks.period)
     A, B, C, D = (
         block_diag(*[M] * TORSO_ORIENTATION.size) for M in (path.A, path.B, path.C, path.D)
     )
-    closed = np.block([[rigid.A + rigid.B @ D @ rigid.C, rigid.B @ C], [B @ rigid.C, A]])
-    return closed, names + [f"flexible_torso/{k}" for k in range(len(A))]
+    return np.block([[rigid.A + rigid.B @ D @ rigid.C, rigid.B @ C], [B @ rigid.C, A]])

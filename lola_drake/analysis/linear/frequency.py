@@ -7,7 +7,6 @@ import numpy as np
 import scipy.linalg
 from scipy.linalg.lapack import ztrtrs
 
-
 LOWEST = 1e-4
 """Lowest frequency that is looked at (Hz)."""
 

@@ -8,8 +8,8 @@ from pydrake.systems.framework import System
 from scipy.linalg import block_diag
 
 from lola_drake.analysis.linear.block_jacobian import BlockJacobian, block_jacobian
+from lola_drake.analysis.linear.coordinates import Coordinates
 from lola_drake.analysis.linear.cut_blocks import CutBlocks
-from lola_drake.analysis.linear.entries import state_scales
 from lola_drake.analysis.linear.errors import AnalysisError
 from lola_drake.analysis.linear.wiring import Selection, Source, Target, Wiring
 
@@ -59,14 +59,14 @@ class LinearBlocks:
         return self.cut.wiring
 
     @property
+    def coordinates(self) -> Coordinates:
+        """Return the order of all states."""
+        return Coordinates(self.wiring, {p: t for j in self.jacobians for p, t in j.states.items()})
+
+    @property
     def state_names(self) -> list[str]:
         """Return the names of all states, in the form `block/entry`."""
-        return [
-            f"{path}/{name}".replace(".", "/")
-            for jacobian in self.jacobians
-            for path, names in jacobian.states.items()
-            for name in names
-        ]
+        return self.coordinates.names
 
     @property
     def drift(self) -> np.ndarray:
@@ -74,20 +74,13 @@ class LinearBlocks:
         return np.concatenate([np.zeros(0), *(jacobian.drift for jacobian in self.jacobians)])
 
     @property
-    def scales(self) -> np.ndarray:
-        """Return what is a lot for every state, see `entries.state_scales`."""
-        return np.concatenate(
-            [
-                state_scales(self.wiring.blocks[path], len(names))
-                for jacobian in self.jacobians
-                for path, names in jacobian.states.items()
-            ]
-            or [np.zeros(0)]
-        )
+    def relative_drift(self) -> np.ndarray:
+        """Return the drift, relative to what is a lot for each state."""
+        return self.drift / self.coordinates.scales
 
     def check_equilibrium(self, allowed: float) -> None:
         """Raise AnalysisError if a state moves in this tick by more than a part of its scale."""
-        relative = np.abs(self.drift / self.scales)
+        relative = np.abs(self.relative_drift)
         if relative.max(initial=0.0) > allowed:
             worst = int(relative.argmax())
             raise AnalysisError(
@@ -150,7 +143,7 @@ class LinearBlocks:
         """Return all blocks beside each other, not yet connected."""
         parts = []
         for jacobian in self.jacobians:
-            n = sum(map(len, jacobian.states.values()))
+            n = jacobian.dimension
             m = jacobian.matrix
             parts.append((m[:n, :n], m[:n, n:], m[n:, :n], m[n:, n:]))
         return Matrices(*(block_diag(*matrices) for matrices in zip(*parts, strict=True)))
@@ -225,7 +218,7 @@ class _Layout:
         self.outputs: dict[Source, np.ndarray] = {}
         self.n_states = self.n_inputs = self.n_outputs = 0
         for jacobian in jacobians:
-            self.n_states += sum(map(len, jacobian.states.values()))
+            self.n_states += jacobian.dimension
             for target, size in jacobian.inputs.items():
                 self.inputs[target] = np.arange(self.n_inputs, self.n_inputs + size)
                 self.n_inputs += size

@@ -121,7 +121,7 @@ def state_space(
     model.operating_point = OperatingPoint(
         time=time,
         drift=dict(zip(names, blocks.drift, strict=True)),
-        residual=float(np.abs(blocks.drift / blocks.scales).max(initial=0.0)),
+        residual=float(np.abs(blocks.relative_drift).max(initial=0.0)),
         held=blocks.held,
         cut=tuple(names[~kept]),
         methods={path: j.method for j in blocks.jacobians for path in j.group},

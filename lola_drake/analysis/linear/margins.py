@@ -143,7 +143,7 @@ def closed_loop_is_stable(loop: control.StateSpace) -> bool:
 def closed_radius(loop: control.StateSpace) -> float:
     """Return the spectral radius of the loop closed by negative feedback."""
     feedback = np.linalg.solve(np.eye(loop.ninputs) + loop.D, loop.C)
-    return spectral_radius(loop.A - loop.B @ feedback, loop.state_labels)
+    return spectral_radius(loop.A - loop.B @ feedback)
 
 
 def one_loop(loop: control.StateSpace, k: int) -> control.StateSpace:

@@ -74,10 +74,10 @@ def neutral(names: list[str]) -> np.ndarray:
     return np.array([bool(NEUTRAL.search(name)) for name in names], dtype=bool)
 
 
-def spectral_radius(A: np.ndarray, names: list[str]) -> float:
-    """Return the largest magnitude of a pole, without those of place and heading.
+def spectral_radius(A: np.ndarray) -> float:
+    """Return the largest magnitude of a pole, without the neutral ones.
 
-    Nothing depends on place and heading, so leaving them out is exact.
+    Place and heading are neutral, and so is an integrator without gain.
     """
-    kept = ~neutral(names)
-    return float(np.abs(np.linalg.eigvals(A[np.ix_(kept, kept)])).max(initial=0.0))
+    z = np.linalg.eigvals(A)
+    return float(np.abs(z[np.abs(z - 1) >= UNSTABLE]).max(initial=0.0))

@@ -120,9 +120,7 @@ def as_numbers(analysis: Analysis) -> dict[str, object]:
             }
             for loop in analysis.loops
         },
-        "tables": [
-            {"title": t.title, "header": t.header, "rows": t.rows} for t in analysis.tables
-        ],
+        "tables": [{"title": t.title, "header": t.header, "rows": t.rows} for t in analysis.tables],
     }
 
 

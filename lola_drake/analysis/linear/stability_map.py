@@ -59,9 +59,7 @@ class MapKind:
     at: str
 
 
-_DELTA = Axis(
-    DELTA, tuple(np.geomspace(0.005, 0.05, 21).round(5)), "delta (ms)", factor=1e3
-)
+_DELTA = Axis(DELTA, tuple(np.geomspace(0.005, 0.05, 21).round(5)), "delta (ms)", factor=1e3)
 _STIFFNESS = Axis(
     STIFFNESS,
     (1e5, 1.5e5, 2e5, 3e5, 4e5, 5e5, 6.5e5, 8e5, 1e6),
@@ -139,8 +137,7 @@ def stability_map(
     """
     at = at or kind.at
     rows = Parallel(n_jobs=jobs, return_as="generator")(
-        delayed(_row)(kind, override(scenario, {kind.y.key: y}), at, torso)
-        for y in _whole(kind.y)
+        delayed(_row)(kind, override(scenario, {kind.y.key: y}), at, torso) for y in _whole(kind.y)
     )
     growth, disk = [], []
     for row in rows:
@@ -153,7 +150,7 @@ def stability_map(
 
 def growth_rate(bench: Bench, torso: FlexibleTorso | None = None) -> float:
     """Return the rate of the fastest growing or slowest decaying motion (1/s)."""
-    return float(np.log(spectral_radius(*with_torso(bench, torso))) / bench.blocks.period)
+    return float(np.log(spectral_radius(with_torso(bench, torso))) / bench.blocks.period)
 
 
 def _row(

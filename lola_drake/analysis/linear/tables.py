@@ -67,9 +67,7 @@ def contact_table(bench: Bench) -> Table:
     )
 
 
-def contact_responses(
-    bench: Bench, frequencies: Sequence[float]
-) -> tuple[np.ndarray, np.ndarray]:
+def contact_responses(bench: Bench, frequencies: Sequence[float]) -> tuple[np.ndarray, np.ndarray]:
     """Return the wrench of the left foot over its TCP's motion, and over the commanded motion.
 
     Both of shape (n, 3, 3); the command moves positions and rates together.
@@ -141,7 +139,9 @@ def _bandwidth(frequencies: np.ndarray, response: np.ndarray) -> str:
     if not above.size:
         return "none"
     last = above[-1]
-    return f"> {frequencies[last]:.0f}" if last == len(frequencies) - 1 else f"{frequencies[last]:.1f}"
+    return (
+        f"> {frequencies[last]:.0f}" if last == len(frequencies) - 1 else f"{frequencies[last]:.1f}"
+    )
 
 
 def _three(values: np.ndarray) -> tuple[str, ...]:
