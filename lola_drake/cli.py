@@ -17,7 +17,7 @@ from rich.progress import BarColumn, Progress, ProgressColumn, Task, TextColumn,
 from rich.table import Table
 from rich.text import Text
 
-from lola_drake import cli_pictures
+from lola_drake import cli_linear, cli_pictures
 from lola_drake.cli_common import Host, Json, errors_in_one_line
 from lola_drake.paths import list_scenarios
 
@@ -34,6 +34,7 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
 )
 app.add_typer(cli_pictures.app)
+app.add_typer(cli_linear.app)
 
 
 @app.command()

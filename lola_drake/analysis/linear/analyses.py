@@ -11,7 +11,8 @@ from lola_drake.analysis.linear.margins import Margins, MatrixMargins, loop_marg
 from lola_drake.analysis.linear.open_loop import negated
 from lola_drake.analysis.linear.poles import Pole, poles
 from lola_drake.analysis.linear.recipes import Recipe, recipe
-from lola_drake.analysis.linear.tables import Table, extra_tables, signals_of_tables
+from lola_drake.analysis.linear.tables import extra_tables, signals_of_tables
+from lola_drake.analysis.linear.text_table import Table
 from lola_drake.scenario import Scenario
 
 SHOWN_STEP = 0.5

@@ -3,8 +3,9 @@
 from collections.abc import Callable
 
 import numpy as np
+from pydrake.systems.framework import Context
 
-from lola_drake.analysis.linear.bench import Bench
+from lola_drake.analysis.linear.bench import Bench, make_bench
 from lola_drake.analysis.linear.cut_blocks import own_context
 from lola_drake.analysis.linear.errors import AnalysisError
 from lola_drake.analysis.linear.operating_points import Situation
@@ -12,6 +13,7 @@ from lola_drake.analysis.linear.poles import UNSTABLE
 from lola_drake.analysis.linear.stability_map import DELTA, growth_rate
 from lola_drake.analysis.linear.ticks import Ticks
 from lola_drake.analysis.linear.wiring import Wiring
+from lola_drake.scenario import Scenario
 
 RANGE = (0.002, 0.1)
 """Within which the border is looked for (s)."""
@@ -19,6 +21,15 @@ RANGE = (0.002, 0.1)
 KICK, NOISE = 1.0, 1e-3
 """Force by which the feet's sensors are wrong for ten ticks, to set the loop in motion; and what
 counts as rest afterwards (N)."""
+
+
+def compare_borders(scenario: Scenario, at: str) -> dict[str, float]:
+    """Return the border of a scenario at an equilibrium by both, in seconds."""
+    bench = make_bench(scenario, at)
+    return {
+        "predicted_s": predicted_border(bench),
+        "simulated_s": simulated_border(bench.situation),
+    }
 
 
 def predicted_border(bench: Bench, accuracy: float = 0.002) -> float:
@@ -70,7 +81,7 @@ def swings_up(situation: Situation, delta: float, duration: float = 1.0) -> bool
     return bool(late > max(early, NOISE) or late > 10 * KICK)
 
 
-def with_delta(situation: Situation, delta: float):
+def with_delta(situation: Situation, delta: float) -> Context:
     """Return a copy of the situation's context in which both feet's delta is another (s)."""
     context = situation.context.Clone()
     for path, block in Wiring(situation.diagram).blocks.items():

@@ -6,9 +6,10 @@ from matplotlib.axes import Axes
 from matplotlib.colors import LogNorm, Normalize
 from matplotlib.figure import Figure
 
+from lola_drake.analysis.figure_style import add_title
 from lola_drake.analysis.linear.analyses import Analysis, Locus, step_response
 from lola_drake.analysis.linear.frequency import Response, frequency_response
-from lola_drake.analysis.linear.linear_look import COLOURS, FAINT, INK, LIMIT, MAP, look
+from lola_drake.analysis.linear.look import COLOURS, FAINT, INK, LIMIT, MAP, in_look
 from lola_drake.analysis.linear.margins import one_loop
 from lola_drake.analysis.linear.tables import contact_responses
 from lola_drake.robot import PADS
@@ -24,12 +25,12 @@ WINDOW = (-160.0, 12.0, 0.0, 45.0)
 """Part of the s-plane that is shown: real part (1/s) and frequency (Hz)."""
 
 
-@look
+@in_look
 def analysis_figure(analysis: Analysis) -> Figure:
     """Return the picture of an analysis."""
     figure = Figure(figsize=(12.0, 6.4), layout="constrained")
     title = f"{analysis.name}: {analysis.recipe.doc} ({analysis.bench.situation.description})"
-    figure.suptitle(title, x=0.012, ha="left", fontsize=11, fontweight="bold", color=INK)
+    add_title(figure, title)
     axes = figure.subplots(2, 3, width_ratios=(1.2, 1.0, 1.0))
     curves = _curves(analysis)
     draw_bode(axes[0, 0], axes[1, 0], curves)

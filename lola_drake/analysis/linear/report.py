@@ -5,7 +5,7 @@ import math
 from lola_drake.analysis.linear.analyses import Analysis, Loop
 from lola_drake.analysis.linear.margins import Margins, disk_gain, disk_phase
 from lola_drake.analysis.linear.poles import Pole
-from lola_drake.analysis.linear.tables import Table
+from lola_drake.analysis.linear.text_table import Table
 
 SLOWEST, LEAST_DAMPED = 8, 8
 """How many poles are shown of each kind."""
@@ -13,9 +13,9 @@ SLOWEST, LEAST_DAMPED = 8, 8
 
 def report(analysis: Analysis) -> str:
     """Return an analysis as text."""
-    parts = [_headline(analysis), as_text(pole_table(analysis.poles))]
-    parts += [as_text(margin_table(loop)) + _together(loop) for loop in analysis.loops]
-    parts += [as_text(table) for table in analysis.tables]
+    parts = [_headline(analysis), pole_table(analysis.poles).as_text()]
+    parts += [margin_table(loop).as_text() + _together(loop) for loop in analysis.loops]
+    parts += [table.as_text() for table in analysis.tables]
     return "\n\n".join(parts)
 
 
@@ -79,14 +79,6 @@ def _together(loop: Loop) -> str:
         f"\nall at once: disk margin {disk:.2f} at {loop.together.disk_frequency:.3g} Hz, "
         f"gains x{low:.2f} to x{high:.2f} or {disk_phase(disk):.0f} deg in every channel"
     )
-
-
-def as_text(table: Table) -> str:
-    """Return a table with aligned columns."""
-    lines = [table.header, *table.rows]
-    widths = [max(len(line[k]) for line in lines) for k in range(len(table.header))]
-    texts = ["  ".join(f"{c:{w}}" for c, w in zip(line, widths, strict=True)) for line in lines]
-    return "\n".join([table.title, *(f"  {text.rstrip()}" for text in texts)])
 
 
 def as_numbers(analysis: Analysis) -> dict[str, object]:

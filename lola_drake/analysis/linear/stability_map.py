@@ -13,6 +13,7 @@ from lola_drake.analysis.linear.linearize import state_space
 from lola_drake.analysis.linear.margins import matrix_margins
 from lola_drake.analysis.linear.open_loop import negated
 from lola_drake.analysis.linear.poles import spectral_radius
+from lola_drake.analysis.linear.text_table import Table
 from lola_drake.scenario import Scenario, override
 from lola_drake.typed_yaml import suggestion
 
@@ -59,7 +60,9 @@ class MapKind:
     at: str
 
 
-_DELTA = Axis(DELTA, tuple(np.geomspace(0.005, 0.05, 21).round(5)), "delta (ms)", factor=1e3)
+_DELTA = Axis(
+    DELTA, tuple(float(v) for v in np.geomspace(0.005, 0.05, 21).round(5)), "delta (ms)", factor=1e3
+)
 _STIFFNESS = Axis(
     STIFFNESS,
     (1e5, 1.5e5, 2e5, 3e5, 4e5, 5e5, 6.5e5, 8e5, 1e6),
@@ -71,7 +74,7 @@ MAPS = {
     "gains": MapKind(
         "error dynamics delta against CoM dynamics g_a",
         _DELTA,
-        Axis(GAIN, tuple(np.linspace(0, 1, 9)), "g_a"),
+        Axis(GAIN, tuple(k / 8 for k in range(9)), "g_a"),
         "left",
     ),
     "stiffness": MapKind(
@@ -109,6 +112,28 @@ class StabilityMap:
     growth: np.ndarray
     disk: np.ndarray
 
+    def as_text(self) -> str:
+        """Return the smallest stable value of x for every value of y."""
+        x, y = self.kind.x, self.kind.y
+        rows = []
+        for value, growth, disk in zip(y.values, self.growth, self.disk, strict=True):
+            stable = [f"{v * x.factor:.4g}" for v, g in zip(x.values, growth, strict=True) if g < 0]
+            span = f"{stable[0]} to {stable[-1]}" if stable else "nowhere"
+            rows.append((f"{value * y.factor:g}", span, f"{np.nanmax(disk, initial=0.0):.2f}"))
+        header = (y.label, f"stable for {x.label}", "best disk margin")
+        return Table(f"{self.kind.doc}, at {self.at}", header, tuple(rows)).as_text()
+
+    def as_numbers(self) -> dict[str, object]:
+        """Return the map as what JSON can hold."""
+        return {
+            "at": self.at,
+            "torso": vars(self.torso) if self.torso else None,
+            "x": {"key": self.kind.x.key, "values": list(self.kind.x.values)},
+            "y": {"key": self.kind.y.key, "values": list(self.kind.y.values)},
+            "growth_per_s": _without_nan(self.growth),
+            "disk_margin": _without_nan(self.disk),
+        }
+
 
 def map_kind(name: str) -> MapKind:
     """Return a kind of map; AnalysisError if there is none of that name."""
@@ -123,7 +148,7 @@ def stability_map(
     at: str | None = None,
     torso: FlexibleTorso | None = None,
     jobs: int = 2,
-    done: Callable[[int], None] | None = None,
+    done: Callable[[int, int], None] | None = None,
 ) -> StabilityMap:
     """Compute a map, one row of it at a time in parallel processes.
 
@@ -133,7 +158,7 @@ def stability_map(
         at: a pose, as in `operating_points.situation`; None for the kind's own.
         torso: a flexible torso in the IMU's path.
         jobs: number of processes.
-        done: called with the number of finished rows.
+        done: called with the number of finished rows, and of all.
     """
     at = at or kind.at
     rows = Parallel(n_jobs=jobs, return_as="generator")(
@@ -144,7 +169,7 @@ def stability_map(
         growth.append(row[0])
         disk.append(row[1])
         if done:
-            done(len(growth))
+            done(len(growth), len(kind.y.values))
     return StabilityMap(kind, at, scenario, torso, np.array(growth), np.array(disk))
 
 
@@ -175,6 +200,10 @@ def _disk_margin(bench: Bench) -> float:
     at = bench.select([LOOP])
     found = matrix_margins(negated(state_space(bench.blocks, at, at, at, minimal=True)), 200)
     return found.disk if found.stable else 0.0
+
+
+def _without_nan(values: np.ndarray) -> list[list[float | None]]:
+    return [[None if np.isnan(value) else float(value) for value in row] for row in values]
 
 
 def _whole(axis: Axis) -> list[float | int]:

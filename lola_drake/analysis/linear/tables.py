@@ -1,7 +1,6 @@
 """What only one of the named analyses has to say, as tables."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import control
 import numpy as np
@@ -11,6 +10,7 @@ from lola_drake.analysis.linear.bench import Bench
 from lola_drake.analysis.linear.cut_blocks import own_context
 from lola_drake.analysis.linear.frequency import frequency_response
 from lola_drake.analysis.linear.linearize import state_space
+from lola_drake.analysis.linear.text_table import Table
 from lola_drake.robot import PADS
 from lola_drake.signals import JOINTS
 from lola_drake.theory.contact_model import contact_matrix
@@ -20,15 +20,6 @@ CONTACT_FREQUENCIES = (1.0, 5.0, 10.0, 20.0)
 
 _DIRECTIONS = ("sin_gamma_x", "sin_gamma_y", "z")
 _LEG_JOINTS = tuple(joint for joint in JOINTS if len(joint) == 4 and joint[0] == "t")[:14]
-
-
-@dataclass(frozen=True)
-class Table:
-    """A titled table of text."""
-
-    title: str
-    header: tuple[str, ...]
-    rows: tuple[tuple[str, ...], ...]
 
 
 def extra_tables(name: str, bench: Bench) -> list[Table]:
