@@ -39,3 +39,21 @@ def make_result():
         return Result(scenario=scenario or Scenario(), times=times, signals=signals, **outcome)
 
     return make
+
+
+@pytest.fixture(scope="session")
+def standing():
+    """Return the equilibrium of the closed loop on both feet."""
+    from lola_drake.analysis.linear.operating_points import situation
+    from lola_drake.scenario import load_scenario
+
+    return situation(load_scenario("stand"), "stand")
+
+
+@pytest.fixture(scope="session")
+def on_left():
+    """Return the equilibrium of the closed loop on the left foot."""
+    from lola_drake.analysis.linear.operating_points import situation
+    from lola_drake.scenario import load_scenario
+
+    return situation(load_scenario("stand"), "left")
