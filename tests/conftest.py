@@ -6,7 +6,7 @@ from hypothesis import settings
 
 from lola_drake.logged import LOGGED
 from lola_drake.scenario import Scenario
-from lola_drake.signals import FEET, GAIT_PHASE, GROUND_FORCE
+from lola_drake.signals import FEET, GAIT_PHASE, GROUND_FORCE, JOINTS
 
 # No test times anything, and a failure found once is found again.
 settings.register_profile("lola", deadline=None, derandomize=True, max_examples=50)
@@ -39,3 +39,52 @@ def make_result():
         return Result(scenario=scenario or Scenario(), times=times, signals=signals, **outcome)
 
     return make
+
+
+@pytest.fixture(scope="session")
+def mirror_joints():
+    """Return the matrix that takes joint angles to those of the robot seen in a mirror beside it.
+
+    A mirror beside the robot turns a rotation about (x, y, z) into one about (-x, y, -z).
+    """
+    from lola_drake.robot import MIRRORED_JOINTS, Kinematics
+
+    plant = Kinematics().plant
+    axes = np.array([plant.GetJointByName(name).revolute_axis() for name in JOINTS])
+    signs = (axes * [-1, 1, -1] * axes[list(MIRRORED_JOINTS)]).sum(axis=1)
+    return (np.eye(len(JOINTS)) * signs)[list(MIRRORED_JOINTS)]
+
+
+@pytest.fixture(scope="session")
+def play_pattern():
+    """Return a function that plays a walking pattern alone, tick by tick.
+
+    It takes the steps (forward, left, turn) or None, the command by time, and parameters of the
+    pattern; it returns the signals by name, one row per tick.
+    """
+    from lola_drake.blocks.walking_pattern import WalkingPattern, WalkingPatternParams
+    from lola_drake.robot import Kinematics, leg_model
+
+    legs = leg_model(Kinematics())
+
+    def play(ticks, *, steps=None, command=lambda time: np.zeros(3), **params):
+        block = WalkingPattern(WalkingPatternParams(**params), legs, 0.001, steps=steps)
+        context = block.CreateDefaultContext()
+        block.GetInputPort("contact").FixValue(context, np.ones(8))
+        ports = [block.get_output_port(i) for i in range(block.num_output_ports())]
+        rows = {port.get_name(): np.empty((ticks, port.size())) for port in ports}
+        for k in range(ticks):
+            block.GetInputPort("walk_command").FixValue(context, command(context.get_time()))
+            for port in ports:
+                rows[port.get_name()][k] = port.Eval(context)
+            context.SetDiscreteState(block.EvalUniquePeriodicDiscreteUpdate(context))
+            context.SetTime(0.001 * (k + 1))
+        return rows
+
+    return play
+
+
+@pytest.fixture(scope="session")
+def straight_walk(play_pattern):
+    """Return the signals of a pattern that starts, takes five steps and stands again."""
+    return play_pattern(7500, steps=np.tile([0.3333, 0.0, 0.0], (5, 1)))
