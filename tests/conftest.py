@@ -6,7 +6,7 @@ from hypothesis import settings
 
 from lola_drake.logged import LOGGED
 from lola_drake.scenario import Scenario
-from lola_drake.signals import FEET, GAIT_PHASE, GROUND_FORCE, JOINTS
+from lola_drake.signals import FEET, GAIT_PHASE, GROUND_FORCE
 
 # No test times anything, and a failure found once is found again.
 settings.register_profile("lola", deadline=None, derandomize=True, max_examples=50)
@@ -42,20 +42,6 @@ def make_result():
 
 
 @pytest.fixture(scope="session")
-def mirror_joints():
-    """Return the matrix that takes joint angles to those of the robot seen in a mirror beside it.
-
-    A mirror beside the robot turns a rotation about (x, y, z) into one about (-x, y, -z).
-    """
-    from lola_drake.robot import MIRRORED_JOINTS, Kinematics
-
-    plant = Kinematics().plant
-    axes = np.array([plant.GetJointByName(name).revolute_axis() for name in JOINTS])
-    signs = (axes * [-1, 1, -1] * axes[list(MIRRORED_JOINTS)]).sum(axis=1)
-    return (np.eye(len(JOINTS)) * signs)[list(MIRRORED_JOINTS)]
-
-
-@pytest.fixture(scope="session")
 def play_pattern():
     """Return a function that plays a walking pattern alone, tick by tick.
 
@@ -88,3 +74,21 @@ def play_pattern():
 def straight_walk(play_pattern):
     """Return the signals of a pattern that starts, takes five steps and stands again."""
     return play_pattern(7500, steps=np.tile([0.3333, 0.0, 0.0], (5, 1)))
+
+
+@pytest.fixture(scope="session")
+def standing():
+    """Return the equilibrium of the closed loop on both feet."""
+    from lola_drake.analysis.linear.operating_points import situation
+    from lola_drake.scenario import load_scenario
+
+    return situation(load_scenario("stand"), "stand")
+
+
+@pytest.fixture(scope="session")
+def on_left():
+    """Return the equilibrium of the closed loop on the left foot."""
+    from lola_drake.analysis.linear.operating_points import situation
+    from lola_drake.scenario import load_scenario
+
+    return situation(load_scenario("stand"), "left")

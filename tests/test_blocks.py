@@ -1,70 +1,91 @@
-"""Every block as a Drake system: its ports are those of its port card, and what feeds through."""
+"""Every block's ports, their sizes, what feeds through directly, and its period."""
 
-import inspect
-import textwrap
-
+import numpy as np
 import pytest
 import yaml
-from pydrake.systems.framework import LeafSystem
 
 from lola_drake import signals
-from lola_drake.controller import WalkingController
-from lola_drake.scenario import load_scenario
-from lola_drake.signals import Signal
+from lola_drake.scenario import Scenario
+from lola_drake.signals import JOINTS, PERIOD, Signal
 from lola_drake.simulation import build_simulation
 
-SIZES = {
-    signal.name: signal.size for signal in vars(signals).values() if isinstance(signal, Signal)
-}
-SIZES |= {"joint_desired_state": 48, "joint_feedforward": 24, "plant_state": 61}
-EVERYTHING = "everything"
-
-FEED_THROUGH = {
-    "WalkingPattern": {},
-    "ImuStabilizer": {"modified_wrench": EVERYTHING},
-    "ForceDistribution": {"desired_wrench": EVERYTHING},
-    "HybridForceControl": {
-        "task_command": EVERYTHING,
-        "contact_wrench": {"task_reference", "measured_wrench"},
+FEEDTHROUGH = {
+    "walking_pattern": {
+        "task_reference": set(),
+        "gait_phase": set(),
+        "ideal_wrench": set(),
+        "planned_motion": set(),
     },
-    "ComDynamics": {},
-    "InverseKinematics": {"joint_command": EVERYTHING},
-    "ConfigurationForceControl": {
-        "joint_command": EVERYTHING,
-        "task_command_l": EVERYTHING,
-        "task_command_r": EVERYTHING,
+    "imu_stabilizer": {
+        "modified_wrench": {
+            "ideal_wrench",
+            "torso_orientation",
+            "gait_phase",
+            "task_modification_l",
+            "task_modification_r",
+        }
+    },
+    "force_distribution": {"desired_wrench": {"modified_wrench", "gait_phase", "task_reference"}},
+    "force_control_l": {
+        "task_command": {
+            "task_reference",
+            "gait_phase",
+            "desired_wrench",
+            "measured_wrench",
+            "com_dynamics_rate",
+            "torso_orientation",
+        },
+        "contact_wrench": {"task_reference", "measured_wrench"},
+        "task_modification": set(),
+    },
+    "com_dynamics_l": {"com_dynamics_rate": set()},
+    "inverse_kinematics": {
+        "joint_command": {"task_command_l", "task_command_r", "task_reference", "desired_wrench"}
+    },
+    "configuration_force_control": {
+        "joint_command": {
+            "task_reference",
+            "gait_phase",
+            "desired_wrench",
+            "measured_wrench",
+            "torso_orientation",
+        },
         "contact_wrench_l": {"measured_wrench"},
         "contact_wrench_r": {"measured_wrench"},
         "task_modification_l": {"task_reference"},
         "task_modification_r": {"task_reference"},
     },
-    "JointServos": {},
-    "Imu": {},
-    "FootForceSensor": {},
-    "ContactSwitches": {},
+    "joint_servos": {"joint_desired_state": set(), "joint_feedforward": set()},
+    "imu": {"torso_orientation": set()},
+    "foot_force_sensor": {"measured_wrench": set()},
+    "contact_switches": {"contact": set(), "ground_force": set()},
 }
-"""Which inputs reach an output within the same tick; outputs that are not named are state."""
+"""Which inputs every output needs at once, by block."""
+FEEDTHROUGH["force_control_r"] = FEEDTHROUGH["force_control_l"]
+FEEDTHROUGH["com_dynamics_r"] = FEEDTHROUGH["com_dynamics_l"]
+for _foot in "lr":
+    FEEDTHROUGH["configuration_force_control"][f"task_command_{_foot}"] = FEEDTHROUGH[
+        "configuration_force_control"
+    ]["joint_command"]
+
+SIZES = {signal.name: signal.size for signal in vars(signals).values() if type(signal) is Signal}
+SIZES |= {"joint_desired_state": 2 * len(JOINTS), "joint_feedforward": len(JOINTS)}
+FROM_PLANT = {"plant_state", "reaction_forces", "contact_results"}
+STATELESS = {"imu_stabilizer"}
+
+EVERY_BLOCK = pytest.mark.parametrize("name", FEEDTHROUGH)
 
 
-def _blocks():
-    """Return one block of every class, as they stand in the closed loops."""
+@pytest.fixture(scope="module")
+def blocks():
     found = {}
     for variant in ("dyn", "original"):
-        diagram = build_simulation(load_scenario("stand", {"variant": variant}))
-        for system in diagram.GetSystems():
-            inner = system.GetSystems() if isinstance(system, WalkingController) else [system]
-            for block in inner:
-                if type(block).__module__.startswith("lola_drake.blocks"):
-                    found[type(block).__name__] = (block, diagram)
+        simulation = build_simulation(Scenario(variant=variant))
+        controller = simulation.GetSubsystemByName("controller")
+        for system in (*simulation.GetSystems(), *controller.GetSystems()):
+            if type(system).__module__.startswith("lola_drake.blocks."):
+                found[system.get_name()] = system
     return found
-
-
-BLOCKS = _blocks()
-
-
-@pytest.fixture(params=sorted(FEED_THROUGH))
-def block(request):
-    return BLOCKS[request.param][0]
 
 
 def ports(block):
@@ -73,50 +94,90 @@ def ports(block):
     return inputs, outputs
 
 
-def test_all_blocks_are_listed():
-    assert set(BLOCKS) == set(FEED_THROUGH)
-    assert all(isinstance(block, LeafSystem) for block, _ in BLOCKS.values())
+def names(some_ports):
+    return [port.get_name() for port in some_ports]
 
 
-def test_ports_are_those_of_the_port_card(block):
-    doc = inspect.getdoc(type(block))
-    card = yaml.safe_load(textwrap.dedent(doc.split(".. pydrake_system::")[1]))
+def card(block):
+    """Return what the docstring's card tells."""
+    _, found, text = type(block).__doc__.partition(".. pydrake_system::\n")
+    assert found
+    return yaml.safe_load(text)
+
+
+def test_the_table_names_every_block(blocks):
+    assert set(blocks) == set(FEEDTHROUGH)
+
+
+@EVERY_BLOCK
+def test_ports_are_those_of_the_card(blocks, name):
+    inputs, outputs = ports(blocks[name])
+    told = card(blocks[name])
+    assert names(inputs) == told["input_ports"]
+    assert names(outputs) == told["output_ports"]
+
+
+@EVERY_BLOCK
+def test_card_is_called_as_the_block(blocks, name):
+    assert card(blocks[name])["name"] == type(blocks[name]).__name__
+
+
+@EVERY_BLOCK
+def test_sizes_are_those_of_the_signals(blocks, name):
+    inputs, outputs = ports(blocks[name])
+    for port in (*inputs, *outputs):
+        if port.get_name() not in FROM_PLANT:
+            signal = port.get_name().removesuffix("_l").removesuffix("_r")
+            assert port.size() == SIZES[signal], port.get_name()
+
+
+@EVERY_BLOCK
+def test_outputs_need_at_once_what_the_table_says(blocks, name):
+    block = blocks[name]
     inputs, outputs = ports(block)
-    assert card["name"] == type(block).__name__
-    assert card["input_ports"] == [port.get_name() for port in inputs]
-    assert card["output_ports"] == [port.get_name() for port in outputs]
-
-
-def test_vector_ports_are_as_wide_as_their_signals(block):
-    for port in (p for side in ports(block) for p in side):
-        name = port.get_name()
-        if name in ("reaction_forces", "contact_results"):
-            continue
-        assert port.size() == (SIZES.get(name) or SIZES[name[:-2]]), name
-
-
-def test_direct_feed_through(block):
-    inputs, outputs = ports(block)
-    got = {}
-    for o, output in enumerate(outputs):
-        reached = {
-            port.get_name() for i, port in enumerate(inputs) if block.HasDirectFeedthrough(i, o)
+    found = {
+        output.get_name(): {
+            port.get_name()
+            for i, port in enumerate(inputs)
+            if block.HasDirectFeedthrough(input_port=i, output_port=j)
         }
-        if reached:
-            got[output.get_name()] = reached
-    everything = {port.get_name() for port in inputs}
-    expected = {
-        name: everything if reached == EVERYTHING else reached
-        for name, reached in FEED_THROUGH[type(block).__name__].items()
+        for j, output in enumerate(outputs)
     }
-    assert got == expected
+    assert found == FEEDTHROUGH[name]
 
 
-def test_every_state_is_discrete_and_of_the_control_period(block):
-    context = block.CreateDefaultContext()
+@EVERY_BLOCK
+def test_a_block_with_an_empty_table_has_no_feedthrough_at_all(blocks, name):
+    assert blocks[name].HasAnyDirectFeedthrough() == any(FEEDTHROUGH[name].values())
+
+
+@EVERY_BLOCK
+def test_state_is_discrete(blocks, name):
+    context = blocks[name].CreateDefaultContext()
     assert context.num_continuous_states() == 0
     assert context.num_abstract_states() == 0
-    assert bool(context.num_discrete_state_groups()) == (type(block).__name__ != "ImuStabilizer")
-    if context.num_discrete_state_groups():
-        timing = block.GetUniquePeriodicDiscreteUpdateAttribute()
-        assert (timing.period_sec(), timing.offset_sec()) == (0.001, 0.0)
+
+
+@EVERY_BLOCK
+def test_state_changes_every_millisecond_from_the_start(blocks, name):
+    timing = blocks[name].GetUniquePeriodicDiscreteUpdateAttribute()
+    if name in STATELESS:
+        assert timing is None and blocks[name].CreateDefaultContext().is_stateless()
+    else:
+        assert (timing.period_sec(), timing.offset_sec()) == (PERIOD, 0.0)
+
+
+@pytest.mark.parametrize("variant", ["dyn", "original"])
+def test_the_loop_is_open_where_the_sensors_and_the_bus_are(variant):
+    controller = build_simulation(Scenario(variant=variant)).GetSubsystemByName("controller")
+    through = {
+        output.get_name()
+        for j, output in enumerate(ports(controller)[1])
+        if any(controller.HasDirectFeedthrough(i, j) for i in range(controller.num_input_ports()))
+    }
+    assert {"joint_command", "modified_wrench", "desired_wrench"} <= through
+    assert not through & {"joint_desired_state", "joint_feedforward", "task_reference"}
+
+
+def test_period_is_a_millisecond():
+    assert np.isclose(PERIOD, 1e-3)

@@ -1,187 +1,213 @@
-"""The whole controller: its ports, its symmetry, and the delay of the closed loop in ticks."""
+"""The whole controller: its symmetry, its ports, its delay, and its gains as parameters."""
+
+from dataclasses import replace
 
 import numpy as np
 import pytest
-from pydrake.systems.analysis import Simulator
 
-from lola_drake.controller import PERIOD, WalkingController, initial_stance
-from lola_drake.robot import Kinematics
-from lola_drake.scenario import Scenario, load_scenario
-from lola_drake.signals import JOINTS
-from lola_drake.simulation import build_simulation
-from lola_drake.theory.constants import GRAVITY
+from lola_drake.blocks.joint_servos import JointServosParams
+from lola_drake.controller import WalkingController
+from lola_drake.robot import MIRRORED_JOINTS
+from lola_drake.scenario import Scenario
+from lola_drake.signals import JOINTS, PERIOD
 
-N = len(JOINTS)
-SWING = 2
-"""Where the state of the walking pattern holds the foot that swings next."""
+SENSORS = ("torso_orientation", "measured_wrench", "contact")
+TICKS = 50
 
-MIRRORED_FOOT = np.array([1, -1, 1, -1, 1, -1])
-"""F and T seen in a mirror beside the robot: a force to the left becomes one to the right."""
-MIRRORED_PADS = [5, 4, 7, 6, 1, 0, 3, 2]
-
-
-def sensor_signals(time):
-    """Return made-up sensor signals without any symmetry, as they could occur in walking."""
-    phase = np.outer(2 * np.pi * np.array([0.7, 1.3, 2.1]), [time]).ravel()
-    waves = np.sin(np.add.outer(phase, np.arange(12.0)))
-    wrench = np.tile([0.0, 0.0, 294.0, 0.0, 0.0, 0.0], 2)
-    wrench += np.tile([20.0, 20.0, 100.0, 5.0, 5.0, 1.0], 2) * waves[0]
-    contact = (waves[1, :8] > -0.5).astype(float)
-    return {
-        "walk_command": np.zeros(3),
-        "torso_orientation": [0.01, 0.01, 0.05, 0.05] * waves[2, :4],
-        "measured_wrench": wrench,
-        "contact": contact,
-    }
+KEEP_THEIR_SIGN = {"tha", "tsa", "taa", "tvt"}
+"""Adduction (the left axes are -x where the right ones are +x) and the head's tilt."""
+SIGNS = np.array([1.0 if name[:3] in KEEP_THEIR_SIGN else -1.0 for name in JOINTS])
+ORIENTATION_SIGNS = np.array([-1.0, 1.0, -1.0, 1.0])
+WRENCH_SIGNS = np.array([1.0, -1.0, 1.0, -1.0, 1.0, -1.0])
 
 
-def mirrored(signals):
-    """Return the signals of the robot in the mirror."""
-    left, right = signals["measured_wrench"].reshape(2, 6) * MIRRORED_FOOT
-    return {
-        "walk_command": signals["walk_command"] * [1, -1, -1],
-        "torso_orientation": signals["torso_orientation"] * [-1, 1, -1, 1],
-        "measured_wrench": np.concatenate([right, left]),
-        "contact": signals["contact"][MIRRORED_PADS],
-    }
+class Loop:
+    """A standing controller that is stepped tick by tick with given sensor signals."""
 
-
-class Running:
-    """A controller of its own, fed with sensor signals tick by tick."""
-
-    def __init__(self, scenario, steps=None, swing=0):
-        self.controller = WalkingController(scenario, steps)
+    def __init__(self, variant="dyn", delay_ticks=1):
+        scenario = Scenario(variant=variant)
+        servos = JointServosParams(delay_ticks=delay_ticks)
+        scenario = replace(scenario, control=replace(scenario.control, servos=servos))
+        self.controller = WalkingController(scenario)
         self.context = self.controller.CreateDefaultContext()
-        pattern = self.controller.GetSubsystemByName("walking_pattern")
-        state = pattern.GetMyMutableContextFromRoot(self.context).get_mutable_discrete_state()
-        state.get_mutable_value()[SWING] = swing
+        self.controller.GetInputPort("walk_command").FixValue(self.context, np.zeros(3))
 
-    def step(self, signals):
-        """Return the joint command and the servos' desired states in this tick."""
-        for name, value in signals.items():
-            self.controller.GetInputPort(name).FixValue(self.context, value)
-        outputs = [
-            self.controller.GetOutputPort(name).Eval(self.context).copy()
-            for name in ("joint_command", "joint_desired_state", "joint_feedforward")
-        ]
-        update = self.controller.EvalUniquePeriodicDiscreteUpdate(self.context)
-        self.context.SetDiscreteState(update)
+    def feed(self, sensed):
+        for name in SENSORS:
+            self.controller.GetInputPort(name).FixValue(self.context, sensed[name])
+
+    def step(self, sensed):
+        self.feed(sensed)
+        updates = self.controller.EvalUniquePeriodicDiscreteUpdate(self.context)
+        self.context.SetDiscreteState(updates)
         self.context.SetTime(self.context.get_time() + PERIOD)
-        return outputs
+
+    def output(self, name):
+        return self.controller.GetOutputPort(name).Eval(self.context).copy()
+
+    def block_context(self, name):
+        block = self.controller.GetSubsystemByName(name)
+        return block.GetMyMutableContextFromRoot(self.context)
 
 
-def test_stance_carries_the_plan():
-    scenario = Scenario()
-    kinematics = Kinematics()
-    stance = initial_stance(scenario, kinematics)
-    kinematics.update(stance.q)
-    assert kinematics.w[2] == pytest.approx(kinematics.w[8])
-    sink = 0.5 * kinematics.mass * GRAVITY / scenario.pattern.ground_stiffness
-    assert -kinematics.w[2] == pytest.approx(scenario.pattern.com_height + sink)
-
-
-def test_every_signal_between_the_blocks_is_an_output():
-    controller = WalkingController(Scenario())
-    inputs = {controller.get_input_port(i).get_name() for i in range(controller.num_input_ports())}
-    outputs = {
-        controller.get_output_port(i).get_name() for i in range(controller.num_output_ports())
+def quiet():
+    return {
+        "torso_orientation": np.zeros(4),
+        "measured_wrench": np.tile([0.0, 0.0, 280.0, 0.0, 0.0, 0.0], 2),
+        "contact": np.ones(8),
     }
-    per_foot = ("task_command", "contact_wrench", "task_modification", "com_dynamics_rate")
-    assert inputs == {"walk_command", "torso_orientation", "measured_wrench", "contact"}
-    assert outputs == {f"{name}_{foot}" for name in per_foot for foot in "lr"} | {
-        "task_reference",
-        "gait_phase",
-        "ideal_wrench",
-        "planned_motion",
-        "modified_wrench",
-        "desired_wrench",
-        "joint_command",
-        "joint_desired_state",
-        "joint_feedforward",
+
+
+def restless():
+    """Return sensor signals without any symmetry for some ticks, the same every time."""
+    random = np.random.default_rng(3)
+    ticks = []
+    for k in range(TICKS):
+        wrench = random.uniform(-1.0, 1.0, 12) * np.tile([30.0, 30.0, 200.0, 8.0, 8.0, 8.0], 2)
+        wrench[[2, 8]] += 200.0
+        contact = random.integers(0, 2, 8).astype(float)
+        contact[:4] *= k % 3 != 0
+        contact[4:] *= k % 3 != 1
+        orientation = random.uniform(-1.0, 1.0, 4) * [0.05, 0.05, 0.4, 0.4]
+        ticks.append(
+            {"torso_orientation": orientation, "measured_wrench": wrench, "contact": contact}
+        )
+    return ticks
+
+
+def mirrored(sensed):
+    left, right = np.split(sensed["measured_wrench"], 2)
+    pads = sensed["contact"].reshape(2, 2, 2)
+    return {
+        "torso_orientation": ORIENTATION_SIGNS * sensed["torso_orientation"],
+        "measured_wrench": np.r_[WRENCH_SIGNS * right, WRENCH_SIGNS * left],
+        "contact": pads[::-1, :, ::-1].ravel(),
     }
+
+
+def mirrored_joints(values):
+    return (SIGNS * values.reshape(-1, len(JOINTS))[:, MIRRORED_JOINTS]).ravel()
+
+
+def ticks_until_joints_move(sensor, value, delay_ticks):
+    """Return after how many ticks one disturbed sample reaches the joints."""
+    disturbed, free = Loop(delay_ticks=delay_ticks), Loop(delay_ticks=delay_ticks)
+    impulse = quiet() | {sensor: value}
+    for k in range(10):
+        outputs = [loop.output("joint_desired_state") for loop in (disturbed, free)]
+        if not np.array_equal(*outputs):
+            return k
+        disturbed.step(impulse if k == 0 else quiet())
+        free.step(quiet())
+    return None
 
 
 @pytest.mark.parametrize("variant", ["dyn", "ref", "original"])
-@pytest.mark.parametrize("walking", [False, True], ids=["standing", "walking"])
-def test_mirrored_input_gives_mirrored_output(mirror_joints, variant, walking):
-    """Also in walking, where one robot starts with its left and the other with its right foot.
-
-    Without the retreat from the joint limits, which are those of the real robot and not symmetric.
-    """
-    overrides = {
-        "variant": variant,
-        "walk.start_time": 0.0,
-        "pattern.first_double_support": 0.3,
-        "control.inverse_kinematics.limit_gain": 0.0,
-    }
-    scenario = load_scenario("stand", overrides)
-    steps = np.array([[0.3, 0.03, 0.1], [0.25, -0.02, 0.05]]) if walking else None
-    robot = Running(scenario, steps, swing=0)
-    image = Running(scenario, None if steps is None else steps * [1, -1, -1], swing=1)
-    for k in range(700 if walking else 100):
-        signals = sensor_signals(PERIOD * k)
-        outputs, reflections = robot.step(signals), image.step(mirrored(signals))
-        for output, reflection in zip(outputs, reflections, strict=True):
-            expected = np.reshape(output, (-1, N)) @ mirror_joints.T
-            np.testing.assert_allclose(np.reshape(reflection, (-1, N)), expected, atol=2e-7)
+def test_mirrored_sensors_give_mirrored_joints(variant):
+    one, other = Loop(variant), Loop(variant)
+    for sensed in restless():
+        one.step(sensed)
+        other.step(mirrored(sensed))
+        for name in ("joint_desired_state", "joint_feedforward"):
+            expected = mirrored_joints(one.output(name))
+            np.testing.assert_allclose(other.output(name), expected, rtol=0, atol=1e-7)
 
 
-def first_difference(signal, other):
-    """Return the first tick in which two records of a signal differ."""
-    return int(np.flatnonzero(np.any(signal != other, axis=1))[0])
+def test_sensors_without_symmetry_move_the_joints_without_symmetry():
+    loop = Loop()
+    for sensed in restless():
+        loop.step(sensed)
+    moved = loop.output("joint_desired_state")
+    assert np.abs(moved - mirrored_joints(moved)).max() > 1e-2
 
 
-def records(push_at, ticks):
-    """Return outputs of the closed loop tick by tick; the torso gets a push before one of them."""
-    diagram = build_simulation(load_scenario("stand", {"sensors.imu.delay_ticks": 3}))
-    simulator = Simulator(diagram)
-    context = simulator.get_mutable_context()
-    plant = diagram.GetSubsystemByName("plant")
-    ports = {
-        port.get_name(): (port, system.GetMyContextFromRoot(context))
-        for system in diagram.GetSystems()
-        if system.get_name() in ("controller", "imu", "foot_force_sensor")
-        for port in (system.get_output_port(i) for i in range(system.num_output_ports()))
-    }
-    rows = {name: [] for name in ports}
-    for k in range(ticks):
-        if k == push_at:
-            plant_context = plant.GetMyMutableContextFromRoot(context)
-            velocities = plant.GetVelocities(plant_context)
-            velocities[:3] += 0.05
-            plant.SetVelocities(plant_context, velocities)
-        for name, (port, own) in ports.items():
-            rows[name].append(port.Eval(own).copy())
-        simulator.AdvanceTo(PERIOD * (k + 1))
-    return {name: np.array(row) for name, row in rows.items()}
+def test_standing_posture_is_its_own_mirror_image():
+    q = Loop().controller.stance.q
+    np.testing.assert_allclose(mirrored_joints(q), q, atol=1e-9)
 
 
-def test_delay_of_the_loop_in_ticks():
-    """A push in tick n is felt by the feet in n + 1 and by the IMU in n + 3, its bus delay.
+@pytest.mark.parametrize("variant", ["dyn", "original"])
+def test_inputs_come_from_the_user_and_the_sensors(variant):
+    controller = Loop(variant).controller
+    inputs = [controller.get_input_port(i).get_name() for i in range(controller.num_input_ports())]
+    assert sorted(inputs) == sorted(["walk_command", *SENSORS])
 
-    Within that tick it runs through stabiliser, distribution, force control and inverse
-    kinematics to the joint command; one more tick, the bus, and it is at the servos.
-    """
-    push, ticks = 20, 30
-    calm, pushed = records(None, ticks), records(push, ticks)
-    reached = {
-        name: first_difference(calm[name], pushed[name]) - push
-        for name in (
-            "measured_wrench",
-            "contact_wrench_l",
-            "task_command_l",
-            "joint_command",
-            "joint_desired_state",
-            "torso_orientation",
-            "modified_wrench",
-        )
-    }
-    assert reached == {
-        "measured_wrench": 1,
-        "contact_wrench_l": 1,
-        "task_command_l": 1,
-        "joint_command": 1,
-        "joint_desired_state": 2,
-        "torso_orientation": 3,
-        "modified_wrench": 2,
-    }
+
+@pytest.mark.parametrize("variant", ["dyn", "original"])
+def test_every_output_of_every_block_is_exported(variant):
+    controller = Loop(variant).controller
+    expected = [
+        block.get_output_port(i).get_name() + (suffix if suffix in ("_l", "_r") else "")
+        for block in controller.GetSystems()
+        for suffix in [block.get_name()[-2:]]
+        for i in range(block.num_output_ports())
+    ]
+    names = [controller.get_output_port(i).get_name() for i in range(controller.num_output_ports())]
+    assert sorted(names) == sorted(expected)
+
+
+@pytest.mark.parametrize("variant", ["dyn", "original"])
+def test_every_output_has_a_finite_value(variant):
+    loop = Loop(variant)
+    loop.feed(quiet())
+    for i in range(loop.controller.num_output_ports()):
+        port = loop.controller.get_output_port(i)
+        assert np.isfinite(port.Eval(loop.context)).all(), port.get_name()
+
+
+@pytest.mark.parametrize("delay_ticks", [1, 4])
+@pytest.mark.parametrize(
+    ("sensor", "value"),
+    [
+        ("torso_orientation", [0.01, 0.0, 0.0, 0.0]),
+        ("torso_orientation", [0.0, 0.0, 0.0, 0.1]),
+        ("measured_wrench", np.tile([0.0, 0.0, 300.0, 0.0, 0.0, 0.0], 2)),
+    ],
+)
+def test_a_sample_reaches_the_joints_after_the_delay_of_the_bus_alone(sensor, value, delay_ticks):
+    assert ticks_until_joints_move(sensor, np.array(value), delay_ticks) == delay_ticks
+
+
+@pytest.mark.parametrize("delay_ticks", [1, 4])
+def test_a_contact_switch_goes_through_the_integrator_one_tick_later(delay_ticks):
+    one_foot = np.repeat([1.0, 0.0], 4)
+    assert ticks_until_joints_move("contact", one_foot, delay_ticks) == delay_ticks + 1
+
+
+def test_without_com_dynamics_a_contact_switch_does_nothing():
+    loops = [Loop("ref"), Loop("ref")]
+    for _ in range(10):
+        loops[0].step(quiet() | {"contact": np.repeat([1.0, 0.0], 4)})
+        loops[1].step(quiet())
+    assert np.array_equal(*(loop.output("joint_desired_state") for loop in loops))
+
+
+@pytest.mark.parametrize(
+    ("block", "variant", "gains"),
+    [
+        ("imu_stabilizer", "dyn", 4),
+        ("force_control_l", "dyn", 2),
+        ("force_control_r", "dyn", 2),
+        ("com_dynamics_l", "dyn", 2),
+        ("com_dynamics_r", "dyn", 2),
+        ("configuration_force_control", "original", 2),
+    ],
+)
+def test_every_gain_is_a_parameter_that_changes_the_motion(block, variant, gains):
+    context = Loop(variant).block_context(block)
+    assert context.num_numeric_parameter_groups() == 1
+    assert context.get_numeric_parameter(0).size() == gains
+    before = _motion(variant)
+    for k in range(gains):
+        assert not np.array_equal(_motion(variant, block, k), before), k
+
+
+def _motion(variant, block=None, gain=None):
+    """Return where the joints end when one gain is halved."""
+    loop = Loop(variant)
+    if block is not None:
+        gains = loop.block_context(block).get_mutable_numeric_parameter(0)
+        gains.SetAtIndex(gain, 0.5 * gains.GetAtIndex(gain))
+    for sensed in restless():
+        loop.step(sensed)
+    return loop.output("joint_desired_state")

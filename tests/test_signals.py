@@ -1,42 +1,30 @@
-"""The layout of the signals."""
+"""The layout of the signals: every entry has a name, a unit and, in space, a frame."""
 
 import pytest
 
-from lola_drake import signals
-from lola_drake.signals import JOINTS, Field, Signal
+from lola_drake.logged import LOGGED
+from lola_drake.signals import JOINTS, TASK_REFERENCE
 
-ALL = [value for value in vars(signals).values() if isinstance(value, Signal)]
-
-
-@pytest.mark.parametrize("signal", ALL, ids=lambda signal: signal.name)
-def test_fields_cover_the_vector_once(signal):
-    covered = [i for field in signal.fields for i in range(signal.size)[signal.slice(field.name)]]
-    assert covered == list(range(signal.size))
-    names = signal.entry_names()
-    assert len(set(names)) == signal.size == len(signal.entry_units()) == len(signal.entry_frames())
+SIGNALS = pytest.mark.parametrize("signal", LOGGED.values(), ids=lambda signal: signal.name)
 
 
-def test_names_are_their_own():
-    assert len({signal.name for signal in ALL}) == len(ALL)
-    assert len(set(JOINTS)) == len(JOINTS) == 24
+@SIGNALS
+def test_every_entry_has_a_name_a_unit_and_a_place_for_its_frame(signal):
+    for entries in (signal.entry_names(), signal.entry_units(), signal.entry_frames()):
+        assert len(entries) == signal.size
+    assert len(set(signal.entry_names())) == signal.size
+    assert all(unit and "," not in unit for unit in signal.entry_units())
 
 
-SIGNAL = Signal("some", "", (Field("p", ("x", "y", "z"), "m"), Field("angle", ("",), "rad")))
+@SIGNALS
+def test_everything_in_space_has_a_frame(signal):
+    spatial = {"m", "m/s", "N", "Nm", "N/s", "Nm/s", "rad/s"}
+    for field in signal.fields:
+        scalar = field.entries == JOINTS or field.name.startswith("toe")
+        assert scalar or field.frame or not spatial & set(field.units), field.name
 
 
-def test_slice_can_be_the_beginning_of_a_field():
-    assert SIGNAL.slice("p") == slice(0, 3)
-    assert SIGNAL.slice("p", 2) == slice(0, 2)
-    assert SIGNAL.index("angle") == 3
-    assert SIGNAL.entry_names() == ("p.x", "p.y", "p.z", "angle")
-
-
-@pytest.mark.parametrize("ask", [SIGNAL.slice, SIGNAL.index])
-def test_unknown_field_is_an_error(ask):
-    with pytest.raises(KeyError, match="some has no field 'q'"):
-        ask("q")
-
-
-def test_wide_field_has_no_single_index():
-    with pytest.raises(KeyError, match="3 entries"):
-        SIGNAL.index("p")
+def test_the_units_of_a_foot_differ_by_entry():
+    units = dict(zip(TASK_REFERENCE.entry_names(), TASK_REFERENCE.entry_units(), strict=True))
+    assert [units[f"w_l.{entry}"] for entry in ("x", "sin_gamma_x", "gamma_z")] == ["m", "-", "rad"]
+    assert units["w_dot_r.sin_gamma_y"] == "1/s"
