@@ -7,7 +7,7 @@ others answer at once.
 
 import json
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager, nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -79,7 +79,8 @@ def simulate(
             result = run(chosen, progress=advance, attend=view)
         result = view.signed(result) if view else result
         result.save(folder, force=force)
-        cli_pictures.write(result, folder, pictures=pictures, video=video)
+        with _status("drawing pictures", show=not quiet):
+            cli_pictures.write(result, folder, pictures=pictures, video=video)
     if as_json:
         print(json.dumps(result.summary, indent=2))
     elif not quiet:
@@ -126,6 +127,11 @@ def _progress(name: str, duration: float, *, show: bool) -> Iterator[Callable | 
     with Progress(*columns, console=Console(stderr=True), transient=True) as progress:
         task = progress.add_task(name, total=duration)
         yield lambda time: progress.update(task, completed=time)
+
+
+def _status(text: str, *, show: bool) -> AbstractContextManager:
+    """Show on stderr what takes a moment."""
+    return Console(stderr=True).status(text) if show else nullcontext()
 
 
 def _summary_table(result: "Result") -> Table:

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from pydrake.systems.analysis import Simulator
 
-from lola_drake.analysis.gains import GAINS, get_gain, set_gain
+from lola_drake.analysis.gains import GAINS, gains_of, get_gain, set_gain
 from lola_drake.analysis.live import LiveView, next_footsteps, push, signals_now
 from lola_drake.analysis.moments import moments_of
 from lola_drake.analysis.panel import PUSHES, STEERING, Panel, gamepad_command
@@ -53,6 +53,13 @@ def test_gains_are_those_of_the_scenario(diagram, stand):
 def test_the_reference_variant_runs_without_com_dynamics(stand):
     diagram = build_simulation(override(stand, {"variant": "ref"}))
     assert get_gain(diagram, diagram.CreateDefaultContext(), find("g_a")) == 0.0
+
+
+def test_the_original_variant_has_no_gains_of_com_dynamics(stand):
+    diagram = build_simulation(override(stand, {"variant": "original"}))
+    context = diagram.CreateDefaultContext()
+    gains = {gain.label: get_gain(diagram, context, gain) for gain in gains_of(diagram)}
+    assert gains["δ (s)"] == stand.control.force.time_constant and "g_a (-)" not in gains
 
 
 @pytest.mark.parametrize(

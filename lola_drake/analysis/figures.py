@@ -208,6 +208,7 @@ def figure_bytes(figure: Figure, kind: str) -> bytes:
     options = {"metadata": {"Date": None}} if kind == "svg" else {"dpi": 150}
     file = BytesIO()
     with look():
+        figure.align_ylabels()
         figure.get_layout_engine().execute(figure)
         figure.set_layout_engine("none")
         figure.savefig(file, format=kind, **options)

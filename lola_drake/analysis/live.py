@@ -19,10 +19,11 @@ from lola_drake.analysis.panel import PAUSE, STOP, Panel
 from lola_drake.analysis.signs import Signs
 from lola_drake.analysis.stage import Puppet, follow, shown_in
 from lola_drake.blocks.walking_pattern import unpack_request
+from lola_drake.plant import plant_truth
 from lola_drake.results import Result
 from lola_drake.scenario import Scenario
 from lola_drake.signals import FEET
-from lola_drake.simulation import plant_truth, simulate
+from lola_drake.simulation import simulate
 from lola_drake.theory.gait import advance, foothold
 
 CHUNK = 0.03

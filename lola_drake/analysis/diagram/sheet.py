@@ -41,6 +41,7 @@ WIRES = (
     ("#2a8ca0", "#66d9ef"),
     ("#8a4b2a", "#d9a07a"),
 )
+"""Colours that wires may have, in light and dark."""
 
 STYLES = {
     "page": Style(fill=("#ffffff", "#0d1117")),
