@@ -8,13 +8,15 @@ import importlib
 from typing import Any
 
 _HOME = {
-    "Result": "results",
-    "Scenario": "scenario",
-    "ScenarioError": "scenario",
     "build_simulation": "simulation",
+    "linearize": "analysis.linear.linearize",
     "load_result": "results",
     "load_scenario": "scenario",
+    "open_loop": "analysis.linear.open_loop",
+    "Result": "results",
     "save_diagram": "analysis.block_diagram",
+    "Scenario": "scenario",
+    "ScenarioError": "scenario",
     "simulate": "simulation",
     "write_report": "analysis.pictures",
 }

@@ -17,7 +17,7 @@ from rich.progress import BarColumn, Progress, ProgressColumn, Task, TextColumn,
 from rich.table import Table
 from rich.text import Text
 
-from lola_drake import cli_pictures, cli_studies
+from lola_drake import cli_linear, cli_pictures, cli_studies
 from lola_drake.cli_common import Host, Json, errors_in_one_line
 from lola_drake.paths import list_scenarios
 
@@ -35,6 +35,7 @@ app = typer.Typer(
 )
 app.add_typer(cli_pictures.app)
 app.add_typer(cli_studies.app)
+app.add_typer(cli_linear.app)
 
 
 @app.command()

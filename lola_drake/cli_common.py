@@ -16,12 +16,13 @@ Host = Annotated[
 @contextmanager
 def errors_in_one_line() -> Iterator[None]:
     """Exit with code 2 and one line on stderr where a user's input cannot be used."""
+    from lola_drake.analysis.linear.errors import AnalysisError
     from lola_drake.analysis.picture_file import PictureError
     from lola_drake.results import ResultError
     from lola_drake.scenario import ScenarioError
 
     try:
         yield
-    except (ScenarioError, ResultError, PictureError) as error:
+    except (ScenarioError, ResultError, PictureError, AnalysisError) as error:
         typer.echo(f"lola: {error}", err=True)
         raise typer.Exit(2) from None

@@ -2,10 +2,15 @@
 
 import numpy as np
 import pytest
+from hypothesis import settings
 
 from lola_drake.logged import LOGGED
 from lola_drake.scenario import Scenario
 from lola_drake.signals import FEET, GAIT_PHASE, GROUND_FORCE
+
+# No test times anything, and a failure found once is found again.
+settings.register_profile("lola", deadline=None, derandomize=True, max_examples=50)
+settings.load_profile("lola")
 
 
 @pytest.fixture(scope="session")
@@ -34,3 +39,21 @@ def make_result():
         return Result(scenario=scenario or Scenario(), times=times, signals=signals, **outcome)
 
     return make
+
+
+@pytest.fixture(scope="session")
+def standing():
+    """Return the equilibrium of the closed loop on both feet."""
+    from lola_drake.analysis.linear.operating_points import situation
+    from lola_drake.scenario import load_scenario
+
+    return situation(load_scenario("stand"), "stand")
+
+
+@pytest.fixture(scope="session")
+def on_left():
+    """Return the equilibrium of the closed loop on the left foot."""
+    from lola_drake.analysis.linear.operating_points import situation
+    from lola_drake.scenario import load_scenario
+
+    return situation(load_scenario("stand"), "left")

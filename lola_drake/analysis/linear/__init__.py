@@ -1,0 +1,1 @@
+"""Linear models of any part of the loop, and what they say about it."""

@@ -1,0 +1,128 @@
+"""Names for the entries of signals and states, and which entries are switches."""
+
+import numpy as np
+from pydrake.multibody.plant import MultibodyPlant
+from pydrake.systems.framework import InputPort, OutputPort, PortDataType, System
+
+from lola_drake import signals
+from lola_drake.signals import JOINTS, Signal
+
+_SIGNALS = {s.name: s for s in vars(signals).values() if isinstance(s, Signal)}
+_SWITCH_UNITS = ("0/1", "-1/0/1")
+_FORCE = ("T.x", "T.y", "T.z", "F.x", "F.y", "F.z")
+
+_FORCE_UNITS, _FORCE_SCALE = ("N", "Nm", "Nm, N"), 100.0
+
+
+def _sample(signal: Signal, size: int | None = None) -> tuple[tuple[str, str], ...]:
+    return tuple(zip(signal.entry_names(), signal.entry_units(), strict=True))[:size]
+
+
+_STATES = {
+    "ComDynamics": _sample(signals.COM_DYNAMICS_RATE),
+    "ContactSwitches": _sample(signals.CONTACT) + _sample(signals.GROUND_FORCE),
+    "FootForceSensor": _sample(signals.MEASURED_WRENCH),
+    "ForceDistribution": _sample(signals.DESIRED_WRENCH, 6),
+    "HybridForceControl": _sample(signals.TASK_MODIFICATION, 3),
+    "Imu": _sample(signals.TORSO_ORIENTATION),
+    "InverseKinematics": tuple((f"q.{joint}", "rad") for joint in JOINTS),
+    "JointServos": _sample(signals.JOINT_COMMAND),
+}
+"""Name and unit of what one sample of a block's state holds; a delay line holds several."""
+
+
+def signal_of(port: InputPort | OutputPort) -> Signal | None:
+    """Return what `lola_drake.signals` says about a port, by its name."""
+    name = port.get_name()
+    signal = _SIGNALS.get(name) or _SIGNALS.get(name.removesuffix("_l").removesuffix("_r"))
+    return signal if signal and signal.size == port.size() else None
+
+
+def is_wrench_list(port: InputPort | OutputPort) -> bool:
+    """Return whether a port carries the plant's reaction forces, a list of spatial forces."""
+    return port.get_name() == "reaction_forces" and not is_plain_vector(port)
+
+
+def is_plain_vector(port: InputPort | OutputPort) -> bool:
+    """Return whether a port carries a vector."""
+    return port.get_data_type() == PortDataType.kVectorValued
+
+
+def is_vector(port: InputPort | OutputPort) -> bool:
+    """Return whether a port carries something that can be read as a vector."""
+    return is_plain_vector(port) or is_wrench_list(port)
+
+
+def entry_names(system: System, port: InputPort | OutputPort) -> tuple[str, ...]:
+    """Return one name per entry of a port's signal, such as `F_l.z`; unique within it."""
+    if isinstance(system, MultibodyPlant):
+        return _plant_entries(system, port)
+    signal = signal_of(port)
+    if signal:
+        return signal.entry_names()
+    return tuple(map(str, range(port.size())))
+
+
+def switches(port: InputPort | OutputPort) -> np.ndarray:
+    """Return which entries of a port's signal only switch; they do not move by a little."""
+    signal = signal_of(port) if is_plain_vector(port) else None
+    if signal is None:
+        return np.zeros(port.size(), dtype=bool)
+    return np.array([unit in _SWITCH_UNITS for unit in signal.entry_units()], dtype=bool)
+
+
+def state_names(system: System, size: int) -> tuple[str, ...]:
+    """Return one name per coordinate of a block's discrete state, unique within the block."""
+    if isinstance(system, MultibodyPlant):
+        names = (*_positions(system), *_velocities(system))
+        return tuple(n.replace("_q", "_rot_") for n in names if not n.endswith("_qw"))
+    lines = _lines(system, size)
+    return tuple(
+        f"{name}@{line + 1}" if len(lines) > 1 else name
+        for line, sample in enumerate(lines)
+        for name, _ in sample
+    )
+
+
+def state_scales(system: System, size: int) -> np.ndarray:
+    """Return what is a lot for each coordinate: 100 N and Nm, 1 of everything else."""
+    if isinstance(system, MultibodyPlant):
+        return np.ones(size)
+    units = [unit for sample in _lines(system, size) for _, unit in sample]
+    return np.array([_FORCE_SCALE if unit in _FORCE_UNITS else 1.0 for unit in units])
+
+
+def _lines(system: System, size: int) -> list[tuple[tuple[str, str], ...]]:
+    """Return names and units of a block's state, sample by sample, the newest first."""
+    sample = _STATES.get(type(system).__name__, ())
+    if not sample or size % len(sample):
+        return [tuple((f"x{i}", "") for i in range(size))]
+    return [sample] * (size // len(sample))
+
+
+def _plant_entries(plant: MultibodyPlant, port: InputPort | OutputPort) -> tuple[str, ...]:
+    name = port.get_name()
+    if is_wrench_list(port):
+        joints = sorted(plant.GetJointIndices(), key=int)
+        return tuple(f"{plant.get_joint(j).name()}.{entry}" for j in joints for entry in _FORCE)
+    positions, velocities = _positions(plant), _velocities(plant)
+    actuators = plant.GetActuatorNames(add_model_instance_prefix=False)
+    for layout in (
+        positions + velocities,
+        velocities,
+        [f"{kind}.{joint}" for kind in "qv" for joint in actuators],
+        actuators,
+    ):
+        if len(layout) == port.size() and ("state" in name) == (len(layout) > len(velocities)):
+            return tuple(layout)
+    return tuple(map(str, range(port.size())))
+
+
+def _positions(plant: MultibodyPlant) -> list[str]:
+    names = plant.GetPositionNames(add_model_instance_prefix=False, always_add_suffix=False)
+    return [f"q.{name}" for name in names]
+
+
+def _velocities(plant: MultibodyPlant) -> list[str]:
+    names = plant.GetVelocityNames(add_model_instance_prefix=False, always_add_suffix=False)
+    return [f"v.{name}" for name in names]
