@@ -37,9 +37,10 @@ def test_the_measured_response_is_the_models_within_1_dB_and_5_degrees(standing)
     assert np.abs(phase).max() <= 5.0
 
 
-@pytest.mark.parametrize("at", ["stand", "left"])
-def test_the_simulation_meets_the_predicted_border_within_10_percent(at):
-    bench = make_bench(lola.load_scenario("stand"), at)
+@pytest.mark.parametrize("at", ["standing", "on_left"])
+def test_the_simulation_meets_the_predicted_border_within_10_percent(at, request):
+    point = request.getfixturevalue(at)
+    bench = make_bench(lola.load_scenario("stand"), point.description, point=point)
     border = predicted_border(bench, accuracy=0.01)
     assert swings_up(bench.situation, 0.9 * border, duration=0.6)
     assert not swings_up(bench.situation, 1.1 * border, duration=0.6)

@@ -24,8 +24,8 @@ IMU = ("torso_orientation",)
 
 
 @pytest.fixture(scope="module")
-def bench():
-    return make_bench(lola.load_scenario("stand"), "stand", IMU, IMU)
+def bench(standing):
+    return make_bench(lola.load_scenario("stand"), "stand", IMU, IMU, standing)
 
 
 @pytest.mark.parametrize(
