@@ -8,15 +8,17 @@ import importlib
 from typing import Any
 
 _HOME = {
-    "Result": "results",
-    "Scenario": "scenario",
-    "ScenarioError": "scenario",
     "build_simulation": "simulation",
+    "linearize": "analysis.linear.linearize",
     "load_result": "results",
     "load_scenario": "scenario",
-    "simulate": "simulation",
-    "linearize": "analysis.linear.linearize",
     "open_loop": "analysis.linear.open_loop",
+    "Result": "results",
+    "save_diagram": "analysis.block_diagram",
+    "Scenario": "scenario",
+    "ScenarioError": "scenario",
+    "simulate": "simulation",
+    "write_report": "analysis.pictures",
 }
 
 __all__ = list(_HOME)

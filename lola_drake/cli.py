@@ -7,7 +7,7 @@ others answer at once.
 
 import json
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager, nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -17,7 +17,7 @@ from rich.progress import BarColumn, Progress, ProgressColumn, Task, TextColumn,
 from rich.table import Table
 from rich.text import Text
 
-from lola_drake import cli_linear, cli_pictures
+from lola_drake import cli_linear, cli_pictures, cli_studies
 from lola_drake.cli_common import Host, Json, errors_in_one_line
 from lola_drake.paths import list_scenarios
 
@@ -34,6 +34,7 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
 )
 app.add_typer(cli_pictures.app)
+app.add_typer(cli_studies.app)
 app.add_typer(cli_linear.app)
 
 
@@ -77,8 +78,10 @@ def simulate(
         view = cli_pictures.live_view(chosen, host) if meshcat else None
         with _progress(chosen.name, chosen.duration, show=not quiet) as advance:
             result = run(chosen, progress=advance, attend=view)
+        result = view.signed(result) if view else result
         result.save(folder, force=force)
-        cli_pictures.write(result, folder, pictures=pictures, video=video)
+        with _status("drawing pictures", show=not quiet):
+            cli_pictures.write(result, folder, pictures=pictures, video=video)
     if as_json:
         print(json.dumps(result.summary, indent=2))
     elif not quiet:
@@ -125,6 +128,11 @@ def _progress(name: str, duration: float, *, show: bool) -> Iterator[Callable | 
     with Progress(*columns, console=Console(stderr=True), transient=True) as progress:
         task = progress.add_task(name, total=duration)
         yield lambda time: progress.update(task, completed=time)
+
+
+def _status(text: str, *, show: bool) -> AbstractContextManager:
+    """Show on stderr what takes a moment."""
+    return Console(stderr=True).status(text) if show else nullcontext()
 
 
 def _summary_table(result: "Result") -> Table:

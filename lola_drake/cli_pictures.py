@@ -1,4 +1,4 @@
-"""The commands of `lola` that show something: block diagrams, reports, films."""
+"""The commands of `lola` that show something: diagrams, reports, films, the live robot, exports."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -114,3 +114,24 @@ def walk(
     with errors_in_one_line():
         chosen = load_scenario(scenario, changes or [])
         walk_live(chosen, live_view(chosen, host))
+
+
+@app.command()
+def export(
+    run: Annotated[Path, typer.Argument(help="Folder of a run.")],
+    mcap: Annotated[
+        bool, typer.Option("--mcap", help="As MCAP, for Foxglove and PlotJuggler.")
+    ] = False,
+    rate: Annotated[float, typer.Option(min=1, max=1000, help="Messages per second.")] = 1000.0,
+    output: Annotated[
+        Path | None, typer.Option("--output", "-o", help="File (RUN/signals.mcap).")
+    ] = None,
+) -> None:
+    """Write the signals of a run in the format of another tool."""
+    from lola_drake.analysis.mcap_export import export_mcap
+    from lola_drake.results import load_result
+
+    if not mcap:
+        raise typer.BadParameter("say in which format, there is --mcap")
+    with errors_in_one_line():
+        print(export_mcap(load_result(run), output or run / "signals.mcap", rate=rate))

@@ -22,12 +22,9 @@ from lola_drake.robot import (
     solve_posture,
 )
 from lola_drake.scenario import Control, Scenario
-from lola_drake.signals import FEET
+from lola_drake.signals import FEET, PERIOD
 from lola_drake.theory.constants import GRAVITY
 from lola_drake.theory.contact_model import contact_matrix
-
-PERIOD = 0.001
-"""The control period (s), as on LOLA (paper)."""
 
 
 @dataclass(frozen=True)
@@ -114,40 +111,19 @@ class WalkingController(Diagram):
             ),
         )
 
-        systems = [(pattern, ""), (stabilizer, ""), (distribution, ""), *motion, (servos, "")]
-        sources, exported = {}, {}
-        for system, foot in systems[:-1]:
-            for i in range(system.num_output_ports()):
-                port = system.get_output_port(i).get_name()
-                sources[f"{port}_{foot}" if foot else port] = (system, port)
-        external = {"walk_command", "torso_orientation", "measured_wrench", "contact"}
-        for system, foot in systems:
-            for i in range(system.num_input_ports()):
-                port = system.get_input_port(i)
-                name = port.get_name()
-                source = sources.get(name) or sources.get(f"{name}_{foot}")
-                if source is not None:
-                    builder.Connect(source[0].GetOutputPort(source[1]), port)
-                elif name in external and name in exported:
-                    builder.ConnectInput(exported[name], port)
-                elif name in external:
-                    exported[name] = builder.ExportInput(port, name)
-                else:
-                    raise LookupError(f"no block provides {system.get_name()}.{name}")
-        for name in ("joint_desired_state", "joint_feedforward"):
-            builder.ExportOutput(servos.GetOutputPort(name), name)
-        for name, (system, port) in sources.items():
-            builder.ExportOutput(system.GetOutputPort(port), name)
+        _connect_by_name(
+            builder, [(pattern, ""), (stabilizer, ""), (distribution, ""), *motion, (servos, "")]
+        )
         builder.BuildInto(self)
 
 
-_Motion = list[tuple[LeafSystem, str]]
-"""Blocks between the desired wrenches and the joint command, each with the foot it serves."""
+_Blocks = list[tuple[LeafSystem, str]]
+"""Blocks, each with the foot that it serves, "l", "r", or "" for both."""
 
 
 def _add_task_space(
     builder: DiagramBuilder, control: Control, kinematics: Kinematics, stance: Stance
-) -> _Motion:
+) -> _Blocks:
     """Add the paper's force control and CoM dynamics of each foot, and the inverse kinematics."""
     area = sum(pad.area for pad in PADS)
     stiffness = contact_matrix(PADS, control.force.model_stiffness / area)
@@ -174,7 +150,7 @@ def _add_task_space(
 
 def _add_configuration_space(
     builder: DiagramBuilder, control: Control, kinematics: Kinematics, stance: Stance
-) -> _Motion:
+) -> _Blocks:
     """Add the force control of [23], which solves the inverse kinematics of both feet itself."""
     sensor = FootSensor(*foot_sensor_geometry(kinematics))
     block = builder.AddNamedSystem(
@@ -184,3 +160,30 @@ def _add_configuration_space(
         ),
     )
     return [(block, "")]
+
+
+def _connect_by_name(builder: DiagramBuilder, blocks: _Blocks) -> None:
+    """Connect every input to the output of its name, and export all that is left over.
+
+    A foot's signals carry its name as a suffix. Inputs that no block provides come from outside;
+    every output goes there too.
+    """
+    outputs = {}
+    for block, foot in blocks:
+        for i in range(block.num_output_ports()):
+            port = block.get_output_port(i)
+            outputs[f"{port.get_name()}_{foot}" if foot else port.get_name()] = port
+    inputs = {}
+    for block, foot in blocks:
+        for i in range(block.num_input_ports()):
+            port = block.get_input_port(i)
+            name = port.get_name()
+            source = outputs.get(name) or outputs.get(f"{name}_{foot}")
+            if source is not None:
+                builder.Connect(source, port)
+            elif name in inputs:
+                builder.ConnectInput(inputs[name], port)
+            else:
+                inputs[name] = builder.ExportInput(port, name)
+    for name, port in outputs.items():
+        builder.ExportOutput(port, name)

@@ -215,6 +215,7 @@ def _write(result: Result, folder: Path) -> None:
             # Plain: compression saves a fifth and takes thirty times as long.
             file[name] = values
             attributes, signal = file[name].attrs, LOGGED[name]
+            attributes["description"] = signal.doc
             attributes["names"] = signal.entry_names()
             attributes["units"] = signal.entry_units()
             attributes["frames"] = signal.entry_frames()

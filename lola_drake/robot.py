@@ -27,7 +27,7 @@ FOOT_TASK = 6
 """Size of one foot's task: x, y, z, sin gamma_x, sin gamma_y, gamma_z."""
 
 Rows = Sequence[Sequence[float]]
-"""A rotation matrix, row by row: an array, or plain numbers where speed matters."""
+"""A matrix, row by row: an array, or plain numbers where speed matters."""
 
 JOINT_INDEX = {name: i for i, name in enumerate(JOINTS)}
 MIRRORED_JOINTS = tuple(
@@ -76,16 +76,18 @@ class Kinematics:
         # The torso's rows of the mass matrix are the momentum of the moving joints.
         com_jacobian = plant.CalcMassMatrix(context)[3:6, 6:] / self.mass
         self._com_height_rates = com_jacobian[2]
+        c_x, c_y, c_z = com.tolist()
+        w = []
         for i, frame in zip((0, FOOT_TASK), self._tcp, strict=True):
             spatial = plant.CalcJacobianSpatialVelocity(
                 context, JacobianWrtVariable.kV, frame, self._origin, self._world, self._world
             )[:, 6:]
-            pose = frame.CalcPoseInWorld(context).GetAsMatrix34()
-            rotation = pose[:, :3].tolist()
-            self.w[i : i + 3] = pose[:, 3] - com
-            self.w[i + 3 : i + 6] = foot_angles(rotation)
+            pose = frame.CalcPoseInWorld(context).GetAsMatrix34().tolist()
+            (_, _, _, x), (_, _, _, y), (_, _, _, z) = pose
+            w += [x - c_x, y - c_y, z - c_z, *foot_angles(pose)]
             self.jacobian[i : i + 3] = spatial[3:] - com_jacobian
-            self.jacobian[i + 3 : i + 6] = foot_angle_rates(rotation).dot(spatial[:3])
+            self.jacobian[i + 3 : i + 6] = foot_angle_rates(pose).dot(spatial[:3])
+        self.w[:] = w
 
     def pads(self, foot: int) -> tuple[np.ndarray, np.ndarray]:
         """Return where the pads' centres of one foot (0 left, 1 right) are after `update`.
@@ -149,15 +151,15 @@ def foot_angles(rotation: Rows) -> tuple[float, float, float]:
     """Return sin gamma_x, sin gamma_y (independent rotations about T's axes) and gamma_z.
 
     Args:
-        rotation: R_TF, the foot's orientation in T.
+        rotation: R_TF, the foot's orientation in T, or its whole pose [R_TF p_TF].
     """
-    (r00, _, _), (r10, _, _), (r20, r21, _) = rotation
+    (r00, *_), (r10, *_), (r20, r21, *_) = rotation
     return r21, -r20, atan2(r10, r00)
 
 
 def foot_angle_rates(rotation: Rows) -> np.ndarray:
     """Return the matrix that takes the foot's angular velocity in T to the rates of its angles."""
-    (r00, r01, _), (r10, r11, _), (r20, _, _) = rotation
+    (r00, r01, *_), (r10, r11, *_), (r20, *_) = rotation
     lean = r20 / (r00 * r00 + r10 * r10)
     return np.array([[r11, -r01, 0.0], [-r10, r00, 0.0], [-lean * r00, -lean * r10, 1.0]])
 

@@ -9,17 +9,25 @@ Feet are always ordered left, right.
 
 from dataclasses import dataclass
 
+PERIOD = 0.001
+"""The control period (s), as on LOLA (paper)."""
+
 FEET = ("l", "r")
 
 
 @dataclass(frozen=True)
 class Field:
-    """A run of entries of one kind inside a signal."""
+    """A run of entries that belong together inside a signal; one unit for all, or one for each."""
 
     name: str
     entries: tuple[str, ...]
-    unit: str
+    unit: str | tuple[str, ...]
     frame: str = ""
+
+    @property
+    def units(self) -> tuple[str, ...]:
+        """Return one unit per entry."""
+        return self.unit if isinstance(self.unit, tuple) else (self.unit,) * len(self.entries)
 
 
 @dataclass(frozen=True)
@@ -61,7 +69,7 @@ class Signal:
 
     def entry_units(self) -> tuple[str, ...]:
         """Return one unit per entry."""
-        return tuple(field.unit for field in self.fields for _ in field.entries)
+        return tuple(unit for field in self.fields for unit in field.units)
 
     def entry_frames(self) -> tuple[str, ...]:
         """Return one frame per entry (empty where no frame applies)."""
@@ -72,7 +80,11 @@ _ONE = ("",)
 _XY = ("x", "y")
 _XYZ = ("x", "y", "z")
 _FOOT = ("x", "y", "z", "sin_gamma_x", "sin_gamma_y", "gamma_z")
+_FOOT_UNITS = ("m", "m", "m", "-", "-", "rad")
+_FOOT_RATES = ("m/s", "m/s", "m/s", "1/s", "1/s", "rad/s")
 _FORCE_CONTROLLED = ("T_x", "T_y", "F_z")
+_FORCE_UNITS = ("Nm", "Nm", "N")
+_FORCE_RATES = ("Nm/s", "Nm/s", "N/s")
 _PADS = ("rear_left", "rear_right", "front_left", "front_right")
 JOINTS = (
     "tbr", "tba",
@@ -94,11 +106,11 @@ TASK_REFERENCE = Signal(
     "task_reference",
     "w_id and its rate: each foot's TCP relative to the CoM, and the toes.",
     (
-        Field("w_l", _FOOT, "m, -, rad", "T"),
-        Field("w_r", _FOOT, "m, -, rad", "T"),
+        Field("w_l", _FOOT, _FOOT_UNITS, "T"),
+        Field("w_r", _FOOT, _FOOT_UNITS, "T"),
         Field("toes", ("l", "r"), "rad"),
-        Field("w_dot_l", _FOOT, "m/s, 1/s, rad/s", "T"),
-        Field("w_dot_r", _FOOT, "m/s, 1/s, rad/s", "T"),
+        Field("w_dot_l", _FOOT, _FOOT_RATES, "T"),
+        Field("w_dot_r", _FOOT, _FOOT_RATES, "T"),
         Field("toe_rates", ("l", "r"), "rad/s"),
     ),
 )
@@ -126,14 +138,14 @@ PLANNED_MOTION = Signal(
         Field("com_velocity", _XYZ, "m/s", "P"),
         Field("zmp", _XY, "m", "P"),
         Field("heading", _ONE, "rad", "P"),
-        Field("foot_l", (*_XYZ, "yaw"), "m, rad", "P"),
-        Field("foot_r", (*_XYZ, "yaw"), "m, rad", "P"),
+        Field("foot_l", (*_XYZ, "yaw"), ("m", "m", "m", "rad"), "P"),
+        Field("foot_r", (*_XYZ, "yaw"), ("m", "m", "m", "rad"), "P"),
     ),
 )
 TORSO_ORIENTATION = Signal(
     "torso_orientation",
     "Inclination of the torso and its rate, as the IMU reports them.",
-    (Field("phi", _XY, "rad"), Field("phi_dot", _XY, "rad/s")),
+    (Field("phi", _XY, "rad", "W"), Field("phi_dot", _XY, "rad/s", "heading")),
 )
 MODIFIED_WRENCH = Signal(
     "modified_wrench",
@@ -144,10 +156,10 @@ DESIRED_WRENCH = Signal(
     "desired_wrench",
     "lambda_f,d and its rate at each foot's TCP.",
     (
-        Field("wrench_l", _FORCE_CONTROLLED, "Nm, N", "T"),
-        Field("wrench_r", _FORCE_CONTROLLED, "Nm, N", "T"),
-        Field("rate_l", _FORCE_CONTROLLED, "Nm/s, N/s", "T"),
-        Field("rate_r", _FORCE_CONTROLLED, "Nm/s, N/s", "T"),
+        Field("wrench_l", _FORCE_CONTROLLED, _FORCE_UNITS, "T"),
+        Field("wrench_r", _FORCE_CONTROLLED, _FORCE_UNITS, "T"),
+        Field("rate_l", _FORCE_CONTROLLED, _FORCE_RATES, "T"),
+        Field("rate_r", _FORCE_CONTROLLED, _FORCE_RATES, "T"),
     ),
 )
 MEASURED_WRENCH = Signal(
@@ -163,7 +175,7 @@ MEASURED_WRENCH = Signal(
 CONTACT_WRENCH = Signal(
     "contact_wrench",
     "lambda_f (eq. 13): the measured wrench taken to the TCP in T.",
-    (Field("wrench", _FORCE_CONTROLLED, "Nm, N", "T"),),
+    (Field("wrench", _FORCE_CONTROLLED, _FORCE_UNITS, "T"),),
 )
 CONTACT = Signal(
     "contact",
@@ -178,17 +190,17 @@ GROUND_FORCE = Signal(
 COM_DYNAMICS_RATE = Signal(
     "com_dynamics_rate",
     "Delta w_dot_a,f (eq. 20).",
-    (Field("rate", ("sin_gamma_x", "sin_gamma_y", "z"), "1/s, m/s", "T"),),
+    (Field("rate", ("sin_gamma_x", "sin_gamma_y", "z"), ("1/s", "1/s", "m/s"), "T"),),
 )
 TASK_MODIFICATION = Signal(
     "task_modification",
     "Delta w of one foot's force-controlled directions.",
-    (Field("delta_w", ("sin_gamma_x", "sin_gamma_y", "z"), "-, m", "T"),),
+    (Field("delta_w", ("sin_gamma_x", "sin_gamma_y", "z"), ("-", "-", "m"), "T"),),
 )
 TASK_COMMAND = Signal(
     "task_command",
     "w_mod and its rate of one foot (eq. 10, 11).",
-    (Field("w", _FOOT, "m, -, rad", "T"), Field("w_dot", _FOOT, "m/s, 1/s, rad/s", "T")),
+    (Field("w", _FOOT, _FOOT_UNITS, "T"), Field("w_dot", _FOOT, _FOOT_RATES, "T")),
 )
 JOINT_COMMAND = Signal(
     "joint_command",

@@ -1,6 +1,5 @@
-"""The closed loop: plant, ground, sensors, controller and logs, and `simulate()`."""
+"""The closed loop: plant, sensors, controller and logs, and `simulate()`."""
 
-import logging
 import signal
 import threading
 import time
@@ -8,22 +7,6 @@ from collections.abc import Callable
 from contextlib import contextmanager
 
 import numpy as np
-from pydrake.geometry import (
-    AddCompliantHydroelasticProperties,
-    AddCompliantHydroelasticPropertiesForHalfSpace,
-    AddContactMaterial,
-    Box,
-    HalfSpace,
-    ProximityProperties,
-    SceneGraph,
-)
-from pydrake.math import RigidTransform, RollPitchYaw
-from pydrake.multibody.plant import (
-    AddMultibodyPlant,
-    CoulombFriction,
-    MultibodyPlant,
-    MultibodyPlantConfig,
-)
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import Context, Diagram, DiagramBuilder
 from pydrake.systems.primitives import (
@@ -38,69 +21,13 @@ from lola_drake.blocks.contact_switches import ContactSwitches
 from lola_drake.blocks.foot_force_sensor import FootForceSensor
 from lola_drake.blocks.imu import Imu
 from lola_drake.blocks.joint_servos import set_servo_gains
-from lola_drake.controller import PERIOD, WalkingController
+from lola_drake.controller import WalkingController
 from lola_drake.logged import LOGGED
+from lola_drake.plant import add_plant, has_fallen, pad_geometries, plant_truth, set_start
 from lola_drake.results import Result
-from lola_drake.robot import PADS, add_lola
-from lola_drake.scenario import Ground, Scenario, Walk
+from lola_drake.scenario import Scenario, Walk
+from lola_drake.signals import PERIOD
 from lola_drake.theory.constants import GRAVITY
-
-# Drake warns that half spaces do not support deformable bodies; there are none.
-logging.getLogger("drake").addFilter(lambda record: "deformable" not in record.getMessage())
-
-SLAB = 0.1
-"""Thickness of the compliant floor (m); with the modulus it gives the stiffness per area."""
-
-FALLEN = (0.55, np.deg2rad(45.0))
-"""Height of the torso (m) below which, and inclination (rad) above which, the robot has fallen."""
-
-_PAD_NAMES = ("pad_rear_left", "pad_rear_right", "pad_front_left", "pad_front_right")
-
-
-def add_plant(builder: DiagramBuilder, ground: Ground) -> tuple[MultibodyPlant, SceneGraph]:
-    """Add LOLA on its ground to a diagram; the plant is finalized."""
-    config = MultibodyPlantConfig(
-        time_step=PERIOD,
-        contact_model="hydroelastic",
-        discrete_contact_approximation="lagged",
-        use_sampled_output_ports=False,
-    )
-    plant, scene_graph = AddMultibodyPlant(config, builder)
-    add_lola(plant)
-    add_ground(plant, ground)
-    return plant, scene_graph
-
-
-def add_ground(plant: MultibodyPlant, ground: Ground) -> None:
-    """Add the floor and what lies on it; all have the same stiffness per area, c_A,z = E/d."""
-    area_stiffness = ground.stiffness / sum(pad.area for pad in PADS)
-    floor = _material(ground)
-    AddCompliantHydroelasticPropertiesForHalfSpace(SLAB, area_stiffness * SLAB, floor)
-    world = plant.world_body()
-    plant.RegisterCollisionGeometry(world, RigidTransform(), HalfSpace(), "floor", floor)
-    for obstacle in ground.obstacles:
-        size = np.array([*obstacle.size, obstacle.height])
-        pose = RigidTransform(
-            RollPitchYaw(0.0, 0.0, np.deg2rad(obstacle.heading_deg)),
-            [*obstacle.position, obstacle.height / 2],
-        )
-        # A box is softest in its middle: its pressure rises to the modulus over half its height.
-        board = _material(ground)
-        AddCompliantHydroelasticProperties(size.max(), area_stiffness * size.min() / 2, board)
-        plant.RegisterCollisionGeometry(world, pose, Box(*size), obstacle.name, board)
-        plant.RegisterVisualGeometry(
-            world, pose, Box(*size), obstacle.name, np.array([0.72, 0.53, 0.34, 1.0])
-        )
-
-
-def _material(ground: Ground) -> ProximityProperties:
-    properties = ProximityProperties()
-    AddContactMaterial(
-        dissipation=ground.dissipation,
-        friction=CoulombFriction(ground.friction, ground.friction),
-        properties=properties,
-    )
-    return properties
 
 
 def build_simulation(scenario: Scenario) -> Diagram:
@@ -112,7 +39,8 @@ def build_simulation(scenario: Scenario) -> Diagram:
     controller = builder.AddNamedSystem(
         "controller", WalkingController(scenario, planned_steps(scenario.walk))
     )
-    _set_start(plant, scenario, controller)
+    stance = controller.stance
+    set_start(plant, scenario.start, scenario.ground, stance.q, stance.p_PT)
 
     sensors = scenario.sensors
     imu_params, force_params, contact_params = (
@@ -185,31 +113,6 @@ def _command_source(walk: Walk):
     return TrajectorySource(PiecewisePolynomial.ZeroOrderHold(times, np.transpose(values)))
 
 
-def _set_start(plant: MultibodyPlant, scenario: Scenario, controller: WalkingController) -> None:
-    """Let the plant's default context begin in the stance, at its place in the scenario."""
-    start, stance = scenario.start, controller.stance
-    heading = RigidTransform(
-        RollPitchYaw(0.0, 0.0, np.deg2rad(start.heading_deg)),
-        [start.x, start.y, scenario.ground.height_at(start.x, start.y)],
-    )
-    torso = plant.GetBodyByName("torso")
-    plant.SetDefaultFloatingBaseBodyPose(torso, heading @ RigidTransform(stance.p_PT))
-    positions = plant.GetDefaultPositions()
-    positions[7:] = stance.q
-    plant.SetDefaultPositions(positions)
-
-
-def pad_geometries(plant: MultibodyPlant, scene_graph: SceneGraph) -> dict[int, int]:
-    """Return which switch (0 to 7) belongs to which collision geometry, by the value of its id."""
-    inspector = scene_graph.model_inspector()
-    pads = {}
-    for body, first in (("foot_l", 0), ("zfl", 0), ("foot_r", 4), ("zfr", 4)):
-        for geometry in plant.GetCollisionGeometriesForBody(plant.GetBodyByName(body)):
-            name = inspector.GetName(geometry).split("::")[-1]
-            pads[geometry.get_value()] = first + _PAD_NAMES.index(name)
-    return pads
-
-
 def _add_log(builder, controller, plant, command, *sensors) -> None:
     """Log every signal in one wide sink; its layout is that of `_log_ports`."""
     ports = _log_ports(controller, plant, command, *sensors)
@@ -231,9 +134,12 @@ def _log_ports(controller, plant, command, *sensors) -> dict:
         for port in (system.get_output_port(i) for i in range(system.num_output_ports()))
     }
     ports["walk_command"] = command.get_output_port()
-    ports["joint_torque"] = plant.get_net_actuation_output_port()
     ports = {name: port for name, port in ports.items() if name in LOGGED}
-    return ports | {"plant_state": plant.get_state_output_port()}
+    # The plant first: then all of Python runs in one go, while it is warm in the caches.
+    return {
+        "plant_state": plant.get_state_output_port(),
+        "joint_torque": plant.get_net_actuation_output_port(),
+    } | ports
 
 
 Attend = Callable[[Diagram, Context], float | None]
@@ -274,14 +180,6 @@ def simulate(
     return _result(scenario, diagram, context, fell, time.perf_counter() - started)
 
 
-def has_fallen(positions: np.ndarray) -> bool:
-    """Return whether the torso is too low or too inclined to come back."""
-    height, inclination = FALLEN
-    w, x, y, z = positions[:4]
-    upright = 1 - 2 * (x * x + y * y)
-    return bool(positions[6] < height or upright < np.cos(inclination))
-
-
 @contextmanager
 def _interruption():
     """Turn Ctrl-C into an event for the duration of a run; only the main thread can be asked."""
@@ -318,30 +216,3 @@ def _result(scenario, diagram, context, fell: bool, wall_time: float) -> Result:
         fall_time=float(times[-1]) if fell else None,
         wall_time=wall_time,
     )
-
-
-def plant_truth(plant: MultibodyPlant, states: np.ndarray) -> dict[str, np.ndarray]:
-    """Return where the robot really was: poses in W, joint angles and rates, from plant states."""
-    context = plant.CreateDefaultContext()
-    frames = {
-        "torso_pose": plant.GetFrameByName("torso"),
-        "foot_pose_l": plant.GetFrameByName("tcp_l"),
-        "foot_pose_r": plant.GetFrameByName("tcp_r"),
-    }
-    robot = [plant.GetModelInstanceByName("lola")]
-    poses = {name: np.empty((len(states), 6)) for name in frames}
-    com = np.empty((len(states), 3))
-    for k, q in enumerate(states[:, : plant.num_positions()]):
-        plant.SetPositions(context, q)
-        com[k] = plant.CalcCenterOfMassPositionInWorld(context, robot)
-        for name, frame in frames.items():
-            pose = frame.CalcPoseInWorld(context)
-            poses[name][k, :3] = pose.translation()
-            poses[name][k, 3:] = RollPitchYaw(pose.rotation()).vector()
-    joints = slice(7, plant.num_positions())
-    rates = slice(plant.num_positions() + 6, plant.num_multibody_states())
-    return poses | {
-        "com_position": com,
-        "joint_position": states[:, joints],
-        "joint_velocity": states[:, rates],
-    }

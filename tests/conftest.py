@@ -2,10 +2,15 @@
 
 import numpy as np
 import pytest
+from hypothesis import settings
 
 from lola_drake.logged import LOGGED
 from lola_drake.scenario import Scenario
 from lola_drake.signals import FEET, GAIT_PHASE, GROUND_FORCE
+
+# No test times anything, and a failure found once is found again.
+settings.register_profile("lola", deadline=None, derandomize=True, max_examples=50)
+settings.load_profile("lola")
 
 
 @pytest.fixture(scope="session")

@@ -152,6 +152,9 @@ def test_other_formats(simulation, tmp_path):
     assert pdf.read_bytes().startswith(b"%PDF")
     dot = save_diagram(simulation, tmp_path / "a.dot", system="controller", depth=1)
     assert re.search(r"^digraph .*ImuStabilizer", dot.read_text(), re.DOTALL)
+    again = build_simulation(load_scenario("walk_flat"))
+    other = save_diagram(again, tmp_path / "b.dot", system="controller", depth=1)
+    assert other.read_bytes() == dot.read_bytes()
 
 
 def test_what_cannot_be_drawn_is_said_in_one_line(simulation, tmp_path):

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from pydrake.systems.analysis import Simulator
 
-from lola_drake.analysis.gains import GAINS, get_gain, set_gain
+from lola_drake.analysis.gains import GAINS, gains_of, get_gain, set_gain
 from lola_drake.analysis.live import LiveView, next_footsteps, push, signals_now
 from lola_drake.analysis.moments import moments_of
 from lola_drake.analysis.panel import PUSHES, STEERING, Panel, gamepad_command
@@ -55,6 +55,13 @@ def test_the_reference_variant_runs_without_com_dynamics(stand):
     assert get_gain(diagram, diagram.CreateDefaultContext(), find("g_a")) == 0.0
 
 
+def test_the_original_variant_has_no_gains_of_com_dynamics(stand):
+    diagram = build_simulation(override(stand, {"variant": "original"}))
+    context = diagram.CreateDefaultContext()
+    gains = {gain.label: get_gain(diagram, context, gain) for gain in gains_of(diagram)}
+    assert gains["δ (s)"] == stand.control.force.time_constant and "g_a (-)" not in gains
+
+
 @pytest.mark.parametrize(
     ("gain", "signal"),
     [("δ", "task_command_l"), ("P (", "modified_wrench"), ("D", "joint_command")],
@@ -97,10 +104,10 @@ def test_only_a_slider_that_was_moved_changes_its_gain(diagram, simulator, meshc
     set_gain(diagram, context, find("K_x"), 10.123)  # between two steps of the slider
     panel = Panel(meshcat, steering=False)
     panel.show_gains(diagram, context)
-    panel.apply_gains(diagram, context)
+    assert not panel.apply_gains(diagram, context)
     assert get_gain(diagram, context, find("K_x")) == 10.123
     meshcat.SetSliderValue(find("g_a").label, 0.3)
-    panel.apply_gains(diagram, context)
+    assert panel.apply_gains(diagram, context)
     assert get_gain(diagram, context, find("g_a")) == pytest.approx(0.3)
     assert get_gain(diagram, context, find("K_x")) == 10.123
 
@@ -148,6 +155,13 @@ def test_the_robot_walks_as_the_panel_commands(stand, diagram, simulator, meshca
     footsteps = next_footsteps(stand, state)
     ahead = sorted(place[0] for foot in "lr" for place in footsteps[foot])
     assert ahead == pytest.approx([0.2, 0.4, 0.6])
+
+
+def test_a_run_that_was_changed_by_hand_says_so(stand, meshcat, make_result):
+    view, result = LiveView(stand, meshcat), make_result(stand, steps=0)
+    assert view.signed(result) is result
+    view.interfered = True
+    assert view.signed(result).scenario.description.endswith("(Changed by hand while it ran.)")
 
 
 def test_nothing_is_planned_while_standing(stand):

@@ -7,7 +7,7 @@ import types
 import numpy as np
 import pytest
 
-from lola_drake.analysis.reproduction import EXPERIMENTS, Outcome, reproduce, reproduction
+from lola_drake.analysis.reproduction import EXPERIMENTS, Outcome, reproduction, run_experiments
 from lola_drake.analysis.study import Study
 from lola_drake.analysis.variants import COMPARED, change_percent, comparison, run_variants
 from lola_drake.scenario import Scenario, ScenarioError, differences, override
@@ -93,7 +93,7 @@ def test_where_nobody_stays_up_there_is_no_change():
 
 def test_reproduction_over_worlds(inclined, tmp_path):
     study = Study(tmp_path / "runs.jsonl")
-    content = reproduction(reproduce(study, samples=3, jobs=1))
+    content = reproduction(run_experiments(study, samples=3, jobs=1))
     assert list(content["experiments"]) == [e.name for e in EXPERIMENTS]
     board, step = content["experiments"]["board_4cm"], content["experiments"]["step_down"]
     assert board["falls"] == {"original": 3, "ref": 0}
@@ -104,7 +104,7 @@ def test_reproduction_over_worlds(inclined, tmp_path):
 
 
 def test_without_sampling_there_is_one_world_as_it_is_written(inclined, tmp_path):
-    content = reproduction(reproduce(Study(tmp_path / "runs.jsonl"), jobs=1))
+    content = reproduction(run_experiments(Study(tmp_path / "runs.jsonl"), jobs=1))
     assert {e["worlds"] for e in content["experiments"].values()} == {1}
 
 

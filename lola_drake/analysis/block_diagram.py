@@ -4,6 +4,7 @@ The SVG links every block to its source file and tells on hovering what flows th
 """
 
 import os
+import re
 from contextlib import suppress
 from pathlib import Path
 
@@ -160,4 +161,16 @@ def _drake_graph(diagram: Diagram, *, system: str | None = None, depth: int = 1,
     way = _way(read_block(diagram, logging=True), system)
     for block in way[1:]:
         diagram = diagram.GetSubsystemByName(block.name)
-    return diagram.GetGraphvizString(depth)
+    return _repeatable(diagram.GetGraphvizString(depth))
+
+
+def _repeatable(dot: str) -> str:
+    """Return Drake's DOT text with systems numbered as they appear, and with sorted wires."""
+    numbers: dict[str, int] = {}
+
+    def renumber(found: re.Match) -> str:
+        return found[1] + str(numbers.setdefault(found[2], len(numbers)))
+
+    lines = re.sub(r"\b(clusters?|s|_)(\d+)", renumber, dot).splitlines(keepends=True)
+    wires = iter(sorted(line for line in lines if " -> " in line))
+    return "".join(next(wires) if " -> " in line else line for line in lines)

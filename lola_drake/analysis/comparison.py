@@ -59,12 +59,14 @@ def _overlay(
     results: Sequence[Result], title: str, unit: str, of: Callable[[Result], np.ndarray]
 ) -> Figure:
     """Return a figure of x and y of something; the gait below is that of the longest run."""
-    longest = max(results, key=lambda result: result.duration)
-    figure, axes = time_figure(longest, 2, title=title)
-    for result, name, colour in zip(results, labels(results), RUN_COLOURS, strict=False):
+    names = labels(results)
+    longest = max(range(len(results)), key=lambda i: results[i].duration)
+    figure, axes = time_figure(results[longest], 2, title=title)
+    figure.axes[-1].set_xlabel(f"time (s); the gait is that of {names[longest]}")
+    for result, name, colour in zip(results, names, RUN_COLOURS, strict=False):
         for i, values in enumerate(of(result).T):
             plot(axes[i, 0], result.times, values, color=colour, label=name)
-    for ax, axis in zip(axes[:, 0], ("x (roll)", "y (pitch)"), strict=True):
+    for ax, axis in zip(axes[:, 0], "xy", strict=True):
         ax.set(title=f"about {axis}", ylabel=unit)
     add_legend(axes[0, 0])
     return figure

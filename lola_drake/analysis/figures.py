@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from io import BytesIO
+from pathlib import Path
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -26,6 +27,7 @@ from lola_drake.analysis.figure_style import (
     time_figure,
 )
 from lola_drake.analysis.footprints import footprints
+from lola_drake.analysis.picture_file import whole_file
 from lola_drake.metrics import inclination_deg, torque_error
 from lola_drake.results import Result
 from lola_drake.signals import (
@@ -206,7 +208,15 @@ def figure_bytes(figure: Figure, kind: str) -> bytes:
     options = {"metadata": {"Date": None}} if kind == "svg" else {"dpi": 150}
     file = BytesIO()
     with look():
+        figure.align_ylabels()
         figure.get_layout_engine().execute(figure)
         figure.set_layout_engine("none")
         figure.savefig(file, format=kind, **options)
     return file.getvalue()
+
+
+def save_figure(figure: Figure, folder: str | Path, name: str) -> None:
+    """Write a figure as SVG and PNG into a folder."""
+    for kind in ("svg", "png"):
+        with whole_file(Path(folder) / f"{name}.{kind}") as file:
+            file.write_bytes(figure_bytes(figure, kind))

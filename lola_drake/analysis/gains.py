@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from pydrake.systems.framework import Context, Diagram
+from pydrake.systems.framework import Context, Diagram, System
 
 
 @dataclass(frozen=True)
@@ -12,7 +12,7 @@ class Gain:
     Attributes:
         key: Its name in a scenario.
         label: As in the paper, with the unit; short, since the panel is narrow.
-        blocks: Where it is in force.
+        blocks: Where it is in force, in one variant of the controller or another.
         index: Its place in the blocks' numeric parameter.
         low, high, step: Of its slider.
     """
@@ -26,7 +26,7 @@ class Gain:
     step: float
 
 
-_FORCE = ("force_control_l", "force_control_r")
+_FORCE = ("force_control_l", "force_control_r", "configuration_force_control")
 _DYNAMICS = ("com_dynamics_l", "com_dynamics_r")
 _STABILIZER = ("imu_stabilizer",)
 
@@ -43,18 +43,25 @@ GAINS = (
 """The gains that matter, in the order of their sliders."""
 
 
+def gains_of(diagram: Diagram) -> list[Gain]:
+    """Return the gains that the controller of a simulation has."""
+    return [gain for gain in GAINS if _blocks(diagram, gain)]
+
+
 def get_gain(diagram: Diagram, context: Context, gain: Gain) -> float:
     """Return a gain as it is in the context of a simulation."""
-    return float(_parameters(diagram, context, gain.blocks[0]).get_value()[gain.index])
+    block = _blocks(diagram, gain)[0].GetMyContextFromRoot(context)
+    return float(block.get_numeric_parameter(0).value()[gain.index])
 
 
 def set_gain(diagram: Diagram, context: Context, gain: Gain, value: float) -> None:
     """Change a gain in the context of a simulation, in all its blocks; it acts at once."""
-    for block in gain.blocks:
-        parameters = _parameters(diagram, context, block)
-        parameters.SetAtIndex(gain.index, value)
+    for system in _blocks(diagram, gain):
+        block = system.GetMyMutableContextFromRoot(context)
+        block.get_mutable_numeric_parameter(0).SetAtIndex(gain.index, value)
 
 
-def _parameters(diagram: Diagram, context: Context, block: str):
-    system = diagram.GetSubsystemByName("controller").GetSubsystemByName(block)
-    return system.GetMyMutableContextFromRoot(context).get_mutable_numeric_parameter(0)
+def _blocks(diagram: Diagram, gain: Gain) -> list[System]:
+    controller = diagram.GetSubsystemByName("controller")
+    present = [name for name in gain.blocks if controller.HasSubsystemNamed(name)]
+    return [controller.GetSubsystemByName(name) for name in present]

@@ -19,9 +19,11 @@ from lola_drake.analysis.panel import PAUSE, STOP, Panel
 from lola_drake.analysis.signs import Signs
 from lola_drake.analysis.stage import Puppet, follow, shown_in
 from lola_drake.blocks.walking_pattern import unpack_request
+from lola_drake.plant import plant_truth
+from lola_drake.results import Result
 from lola_drake.scenario import Scenario
 from lola_drake.signals import FEET
-from lola_drake.simulation import plant_truth, simulate
+from lola_drake.simulation import simulate
 from lola_drake.theory.gait import advance, foothold
 
 CHUNK = 0.03
@@ -39,6 +41,7 @@ class LiveView:
 
     Attributes:
         stopped: Whether the user has asked to end it.
+        interfered: Whether the user has done anything that the scenario does not say.
     """
 
     def __init__(self, scenario: Scenario, meshcat: Meshcat):
@@ -49,7 +52,7 @@ class LiveView:
                 the panel.
             meshcat: Where to show it; the simulation waits until somebody looks.
         """
-        self.stopped = False
+        self.stopped = self.interfered = False
         self._scenario, self._meshcat = scenario, meshcat
         self._puppet, self._signs = Puppet(scenario, shown_in(meshcat)), Signs(meshcat)
         self._panel: Panel | None = None
@@ -77,6 +80,14 @@ class LiveView:
         self._clock.wait(context.get_time(), self._panel.rate)
         return CHUNK
 
+    def signed(self, result: Result) -> Result:
+        """Return the record of the run; what cannot be repeated says so."""
+        if not self.interfered:
+            return result
+        description = f"{result.scenario.description} (Changed by hand while it ran.)"
+        scenario = dataclasses.replace(result.scenario, description=description.strip())
+        return dataclasses.replace(result, scenario=scenario)
+
     def restart(self) -> None:
         """Forget the simulation: the next call begins with another one."""
         self._panel = None
@@ -94,12 +105,14 @@ class LiveView:
 
     def _act(self, diagram: Diagram, context: Context) -> None:
         """Do to the simulation what the user asks for."""
-        self._panel.apply_gains(diagram, context)
+        self.interfered |= self._panel.apply_gains(diagram, context)
         if self._steered:
             source = diagram.GetSubsystemByName("walk_command")
             value = source.get_mutable_source_value(source.GetMyMutableContextFromRoot(context))
             value.SetFromVector(self._panel.command())
+            self.interfered |= bool(np.any(self._panel.command()))
         for impulse in self._panel.pushes():
+            self.interfered = True
             push(diagram, context, impulse)
             self._push_end = context.get_time() + PUSH_TIME
         if 0.0 < self._push_end < context.get_time() + CHUNK / 2:

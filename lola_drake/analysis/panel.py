@@ -6,7 +6,7 @@ import numpy as np
 from pydrake.geometry import Meshcat
 from pydrake.systems.framework import Context, Diagram
 
-from lola_drake.analysis.gains import GAINS, get_gain, set_gain
+from lola_drake.analysis.gains import gains_of, get_gain, set_gain
 
 RATE = "rate (0: max)"
 PAUSE, STOP, STAND = "pause, go on [P]", "stop [Esc]", "stand still [X]"
@@ -84,19 +84,21 @@ class Panel:
 
     def show_gains(self, diagram: Diagram, context: Context) -> None:
         """Add a slider for every gain, at its value in the context."""
-        for gain in GAINS:
+        for gain in gains_of(diagram):
             value = get_gain(diagram, context, gain)
             slider = (gain.label, gain.low, gain.high, gain.step, value)
             # The slider rounds: only what a user moves away from here counts.
             self._gains[gain.label] = self._meshcat.AddSlider(*slider)
 
-    def apply_gains(self, diagram: Diagram, context: Context) -> None:
-        """Give the context the gains whose sliders have been moved."""
-        for gain in GAINS:
+    def apply_gains(self, diagram: Diagram, context: Context) -> bool:
+        """Give the context the gains whose sliders have been moved; return whether any has."""
+        moved = False
+        for gain in gains_of(diagram):
             value = self._meshcat.GetSliderValue(gain.label)
             if value != self._gains[gain.label]:
                 set_gain(diagram, context, gain, value)
-                self._gains[gain.label] = value
+                self._gains[gain.label], moved = value, True
+        return moved
 
     def clicked(self, name: str) -> bool:
         """Return whether a button was clicked since the last time this was asked."""

@@ -1,4 +1,4 @@
-"""Files that are written wholly or not at all, and the error of everything that makes pictures."""
+"""Files that are written wholly or not at all, and the error when they cannot be."""
 
 import uuid
 from collections.abc import Iterator
@@ -7,7 +7,7 @@ from pathlib import Path
 
 
 class PictureError(ValueError):
-    """A picture, film or page that cannot be made; the message is one line that says why."""
+    """A picture, page or export that cannot be made; the message is one line that says why."""
 
 
 @contextmanager

@@ -135,7 +135,7 @@ def quartiles(values: np.ndarray) -> list[float] | None:
     return np.percentile(values, [25, 75]).tolist() if len(values) else None
 
 
-def reproduce(
+def run_experiments(
     study: Study,
     samples: int = 0,
     jobs: int = 2,

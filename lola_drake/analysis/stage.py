@@ -1,5 +1,6 @@
 """The robot and its ground in Meshcat, and what can be seen of them."""
 
+import logging
 from collections.abc import Callable
 
 import numpy as np
@@ -16,8 +17,11 @@ from pydrake.math import RigidTransform, RollPitchYaw
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.systems.framework import DiagramBuilder
 
+from lola_drake.plant import add_plant
 from lola_drake.scenario import Scenario
-from lola_drake.simulation import add_plant
+
+# Who wants to look is told where by the command; a page that is made needs no such message.
+logging.getLogger("drake").addFilter(lambda record: "listening" not in record.getMessage())
 
 Furnish = Callable[[DiagramBuilder, MultibodyPlant, SceneGraph], None]
 

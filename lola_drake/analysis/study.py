@@ -9,6 +9,7 @@ from pathlib import Path
 
 from joblib import Parallel, delayed
 
+from lola_drake.analysis.picture_file import whole_file
 from lola_drake.paths import models_dir
 from lola_drake.results import ResultError, software_versions
 from lola_drake.scenario import Scenario, differences, dump_scenario
@@ -110,3 +111,9 @@ def software_digest() -> str:
     for path in sorted([*sources, *robot.glob("*.urdf")]):
         digest.update(path.read_bytes())
     return digest.hexdigest()
+
+
+def write_json(content: object, path: str | Path) -> None:
+    """Write plain data as JSON, wholly or not at all."""
+    with whole_file(path) as file:
+        file.write_text(json.dumps(content, indent=2, allow_nan=False) + "\n", encoding="utf-8")

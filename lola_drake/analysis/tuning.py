@@ -23,6 +23,9 @@ SCENARIOS = ("step_down", "board_9cm", "board_4cm")
 FIRST_SEED = 1000
 """Of the worlds to choose in: none of them is among those to measure in, which begin at 0."""
 
+FINEST = 0.2
+"""The search ends when the steps have become this part of the first ones."""
+
 
 @dataclass(frozen=True)
 class Gain:
@@ -89,6 +92,7 @@ def coordinate_search(
     start: Values,
     steps: Values,
     budget: int,
+    progress: Callable[[Sequence[Trial]], None] = lambda trials: None,
 ) -> list[Trial]:
     """Return all trials of a search for the least score, in their order.
 
@@ -101,23 +105,29 @@ def coordinate_search(
         start: the values to begin with.
         steps: by which they are changed at first.
         budget: number of trials.
+        progress: called with the trials after each of them.
     """
-    found = Trial(dict(start), evaluate(start))
-    trials, scale = [found], 1.0
-    while len(trials) < budget and scale > 0.1:
+    trials = [Trial(dict(start), evaluate(start))]
+    progress(trials)
+
+    def attempt(values: Values) -> Trial | None:
+        if len(trials) >= budget or any(values == trial.values for trial in trials):
+            return None
+        try:
+            trials.append(Trial(values, evaluate(values)))
+        except ValueError:
+            return None
+        progress(trials)
+        return trials[-1]
+
+    found, scale = trials[0], 1.0
+    while len(trials) < budget and scale > FINEST:
         before = found
         for key, step in steps.items():
             for change in (scale * step, -scale * step):
-                value = round(found.values[key] + change, 9)
-                values = {**found.values, key: value}
-                if len(trials) >= budget or any(values == trial.values for trial in trials):
-                    continue
-                try:
-                    trials.append(Trial(values, evaluate(values)))
-                except ValueError:
-                    continue
-                if trials[-1].score < found.score:
-                    found = trials[-1]
+                trial = attempt({**found.values, key: round(found.values[key] + change, 9)})
+                if trial is not None and trial.score < found.score:
+                    found = trial
                     break
         if found is before:
             scale /= 2
@@ -138,7 +148,7 @@ def tune(
     samples: int,
     budget: int,
     jobs: int = 2,
-    progress: Callable[[Trial], None] | None = None,
+    progress: Callable[[Sequence[Trial]], None] = lambda trials: None,
     gains: Sequence[Gain] = GAINS,
 ) -> list[Trial]:
     """Return all trials of a search for the gains of `ref`, beginning with the present ones.
@@ -148,19 +158,18 @@ def tune(
         samples: number of worlds.
         budget: number of trials; each needs `samples` runs of every scenario.
         jobs: how many processes run at a time.
-        progress: called after every trial.
+        progress: called with the trials after each of them.
         gains: what to tune.
     """
 
     def evaluate(values: Values) -> Score:
-        found = score(study.run(tuning_scenarios(values, samples), jobs))
-        if progress is not None:
-            progress(Trial(values, found))
-        return found
+        return score(study.run(tuning_scenarios(values, samples), jobs))
 
     defaults = typed_yaml.leaves(typed_yaml.plain(Scenario()))
     start = {gain.key: defaults[gain.key] for gain in gains}
-    return coordinate_search(evaluate, start, {gain.key: gain.step for gain in gains}, budget)
+    return coordinate_search(
+        evaluate, start, {gain.key: gain.step for gain in gains}, budget, progress
+    )
 
 
 def record(trials: Sequence[Trial], samples: int) -> dict[str, object]:

@@ -1,11 +1,18 @@
 """One scenario in several variants, side by side."""
 
+import json
 from collections.abc import Mapping, Sequence
+from pathlib import Path
 
 from joblib import Parallel, delayed
 
-from lola_drake.results import Result
-from lola_drake.scenario import Scenario, override
+from lola_drake.analysis.figures import save_figure
+from lola_drake.analysis.variants_figure import variants_figure
+from lola_drake.results import Result, whole_folder
+from lola_drake.scenario import Scenario, ScenarioError, override
+
+COMPARISON = "compare.json"
+COMPARISON_FILES = frozenset({COMPARISON})
 
 COMPARED = (
     "max_inclination_deg",
@@ -24,10 +31,12 @@ def run_variants(scenario: Scenario, variants: Sequence[str], jobs: int = 2) -> 
     """Return the runs of a scenario in every variant; several run at a time.
 
     Raises:
-        ScenarioError: If there is no such variant.
+        ScenarioError: If there are not at least two variants, or there is no such one.
     """
     from lola_drake.simulation import simulate
 
+    if len(set(variants)) < max(2, len(variants)):
+        raise ScenarioError(f"variants {', '.join(variants)}: at least two, all different")
     chosen = [override(scenario, {"variant": variant}) for variant in variants]
     return Parallel(n_jobs=jobs)(delayed(simulate)(scenario) for scenario in chosen)
 
@@ -63,3 +72,22 @@ def _change(first: object, second: object) -> object:
     if first is None or second is None or first == 0:
         return None
     return 100.0 * (second - first) / first
+
+
+def write_comparison(results: Sequence[Result], folder: str | Path, *, force: bool = False) -> None:
+    """Write compare.json, the figure and every run into a folder, wholly or not at all.
+
+    Args:
+        results: the runs, of different variants.
+        folder: must not hold anything, unless `force`.
+        force: replace the comparison that the folder holds.
+
+    Raises:
+        ResultError: If the folder cannot be used or written; it is then as it was.
+    """
+    with whole_folder(folder, force=force, files=COMPARISON_FILES, what="comparison") as partial:
+        for result in results:
+            result.save(partial / result.scenario.variant)
+        text = json.dumps(comparison(results), indent=2, allow_nan=False)
+        (partial / COMPARISON).write_text(text + "\n", encoding="utf-8")
+        save_figure(variants_figure(results), partial, "comparison")

@@ -76,10 +76,10 @@ class FootForceSensor(LeafSystem):
 
     def _update(self, context, state):
         forces = self._forces.Eval(context)
-        left, right = (forces[joint] for joint in self._joints)
-        on_soles = np.concatenate(
-            [left.translational(), left.rotational(), right.translational(), right.rotational()]
-        )
+        on_soles = []
+        for joint in self._joints:
+            t_x, t_y, t_z, *force = forces[joint].get_coeffs().tolist()
+            on_soles += [*force, t_x, t_y, t_z]
         # The plant reports the force on the sole; the sensor feels the opposite.
         raw = self._noise(round(context.get_time() / self._period)) - on_soles
         filtered = self._reading.Eval(context)

@@ -38,7 +38,7 @@ from lola_drake.signals import (
     TORSO_ORIENTATION,
 )
 
-FORCE_CONTROLLED = (3, 4, 2)
+FORCE_CONTROLLED = np.array([3, 4, 2])
 """S_c,f of eq. 12: sin gamma_x, sin gamma_y and z within a foot's task."""
 
 
@@ -276,7 +276,7 @@ class HybridForceControl(LeafSystem):
         blend = (grip * force_controlled, grip * force_controlled, force_controlled)
         delta = self._modification.Eval(context).tolist()
         w, w_dot = reference[self._w].tolist(), reference[self._w_dot].tolist()
-        for k, i in enumerate(FORCE_CONTROLLED):
+        for k, i in enumerate(FORCE_CONTROLLED.tolist()):
             rate = modification_rate(
                 force_rate[k], com_dynamics_rate[k], delta[k] - level[k], blend[k], position_gain
             )
@@ -293,6 +293,6 @@ class HybridForceControl(LeafSystem):
         state.set_value(
             [
                 delta[k] + self._period * (w_dot[i] - ideal[i])
-                for k, i in enumerate(FORCE_CONTROLLED)
+                for k, i in enumerate(FORCE_CONTROLLED.tolist())
             ]
         )

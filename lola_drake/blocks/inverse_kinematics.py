@@ -29,7 +29,7 @@ from lola_drake.signals import DESIRED_WRENCH, JOINT_COMMAND, JOINTS, TASK_COMMA
 _N = len(JOINTS)
 _PRESCRIBED = [JOINT_INDEX[name] for name in ("tzfl", "tzfr", "tvp", "tvt")]
 _TOES, _TOE_RATES = TASK_REFERENCE.slice("toes"), TASK_REFERENCE.slice("toe_rates")
-_WRENCH_ROWS = [first + i for first in (0, FOOT_TASK) for i in FORCE_CONTROLLED]
+_WRENCH_ROWS = np.concatenate([FORCE_CONTROLLED, FOOT_TASK + FORCE_CONTROLLED])
 
 
 @dataclass(frozen=True)
@@ -227,16 +227,19 @@ class InverseKinematics(LeafSystem):
 
     def _calc(self, context, output):
         q = context.get_discrete_state_vector().value()
-        left, right = (port.Eval(context) for port in self._commands)
+        left, right = (port.Eval(context).tolist() for port in self._commands)
         kinematics, resolution = self._kinematics, self._resolution
         kinematics.update(q)
-        w = np.concatenate([left[:6], right[:6]])
-        w_dot = np.concatenate([left[6:], right[6:]])
+        w, w_dot = left[:6] + right[:6], left[6:] + right[6:]
+        rates = [
+            rate + resolution.correction * (wanted - actual)
+            for rate, wanted, actual in zip(w_dot, w, kinematics.w.tolist(), strict=True)
+        ]
         output.set_value(
             resolution.command(
                 q,
                 kinematics.jacobian,
-                w_dot + resolution.correction * (w - kinematics.w),
+                np.array(rates),
                 self._reference.Eval(context),
                 resolution.holding_torque(kinematics.jacobian, self._desired.Eval(context)),
             )

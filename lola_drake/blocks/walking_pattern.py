@@ -28,10 +28,8 @@ from lola_drake.signals import (
 )
 from lola_drake.theory.gait import LEFT, RIGHT, GaitTiming, advance, foothold
 from lola_drake.theory.leg_masses import LegModel
-from lola_drake.theory.step_plan import PatternModel, StepPlan, StepRequest, plan_step
-
-HORIZON = 3
-"""Steps planned ahead; as on LOLA (interface headers, 2018)."""
+from lola_drake.theory.step_plan import PatternModel, StepPlan, plan_step
+from lola_drake.theory.step_request import HORIZON, StepRequest, pack_request, unpack_request
 
 EARLY = (0.5, 0.88)
 """Part of the swing in which a contact is an early one: after it, landing is near anyway."""
@@ -286,46 +284,4 @@ def standing_request(params: WalkingPatternParams) -> StepRequest:
         support=params.first_double_support,
         blend=np.ones(2),
         displacements=np.zeros((0, 3)),
-    )
-
-
-def pack_request(request: StepRequest) -> np.ndarray:
-    """Return the request as a vector of fixed size."""
-    displacements = np.zeros((HORIZON, 3))
-    displacements[: len(request.displacements)] = request.displacements
-    return np.concatenate(
-        [
-            [request.start_time, request.step_index, request.swing, request.load],
-            request.com,
-            request.com_velocity,
-            *request.feet,
-            request.path,
-            [request.ground, request.heading, request.support],
-            request.blend,
-            [len(request.displacements)],
-            displacements.ravel(),
-        ]
-    )
-
-
-def unpack_request(vector: np.ndarray) -> StepRequest:
-    """Return the request that `pack_request` wrote."""
-    start_time, step_index, swing, load = vector[:4]
-    com, com_velocity, left, right, path, pace, blend, count, displacements = np.split(
-        vector[4:].copy(), np.cumsum([3, 3, 4, 4, 3, 3, 2, 1])
-    )
-    return StepRequest(
-        start_time=float(start_time),
-        step_index=int(step_index),
-        swing=int(swing),
-        load=load,
-        com=com,
-        com_velocity=com_velocity,
-        feet=(left, right),
-        path=path,
-        ground=pace[0],
-        heading=pace[1],
-        support=pace[2],
-        blend=blend,
-        displacements=displacements.reshape(-1, 3)[: int(count[0])],
     )

@@ -15,44 +15,11 @@ from lola_drake.theory.constants import GRAVITY
 from lola_drake.theory.gait import LEFT, RIGHT, GaitTiming, Schedule, make_schedule
 from lola_drake.theory.leg_masses import LegModel, angular_momentum
 from lola_drake.theory.smooth import bump, quintic
+from lola_drake.theory.step_request import StepRequest
 
 KNOT_STEP = 0.01
 SETTLING = 1.2
 """Time after the last step during which the CoM comes to rest (s): about four time constants."""
-
-
-@dataclass(frozen=True)
-class StepRequest:
-    """Everything a step's plan depends on.
-
-    Attributes:
-        start_time: when the step begins (s).
-        step_index: number of steps begun so far.
-        swing: the foot that swings next, 0 left or 1 right.
-        load: the left foot's share of the load at the start; 0.5 when standing.
-        com, com_velocity: the plan's CoM at the start in P (m, m/s), shape (3,).
-        feet: TCP poses x, y, z, yaw in P, left and right, each of shape (4,).
-        path: the robot's frame on the ground x, y (m), yaw (rad).
-        ground: height in P at which the coming footholds are expected (m).
-        heading: the torso's yaw at the start (rad).
-        support: duration of the double support that begins the step (s).
-        blend: b_f of the left and right foot at the start, shape (2,).
-        displacements: (forward, left, turn) of the coming steps, shape (n, 3); none to stand.
-    """
-
-    start_time: float
-    step_index: int
-    swing: int
-    load: float
-    com: np.ndarray
-    com_velocity: np.ndarray
-    feet: tuple[np.ndarray, np.ndarray]
-    path: np.ndarray
-    ground: float
-    heading: float
-    support: float
-    blend: np.ndarray
-    displacements: np.ndarray
 
 
 @dataclass(frozen=True)

@@ -12,7 +12,7 @@ from lola_drake.analysis.diagram.block import Block, End, Net, Port
 from lola_drake.analysis.diagram.placing import Trunk, place_rows
 from lola_drake.analysis.diagram.tracks import assign_tracks
 
-HEADER, ROW, TRACK, MARGIN, LANE, PAD = 33.5, 15.0, 7.0, 9.0, 0.0, 10.0
+HEADER, ROW, TRACK, MARGIN, PAD = 33.5, 15.0, 7.0, 9.0, 10.0
 CHARACTER = 5.3
 """Width of a character of a port's name; wide enough for any sans-serif font of 9 points."""
 
@@ -90,12 +90,12 @@ class _Route:
         if self.source.column == channel:
             left.append((_key(self.source), self.source.out_y[self.net.source[1]]))
         if channel in self.lanes:
-            left.append((self.lane(channel), LANE / 2))
+            left.append((self.lane(channel), 0.0))
         for box, (_, port) in zip(self.sinks, self.net.sinks, strict=True):
             if box.column == channel + 1:
                 right.append((_key(box), box.in_y[port]))
         if channel + 1 in self.lanes:
-            right.append((self.lane(channel + 1), LANE / 2))
+            right.append((self.lane(channel + 1), 0.0))
         return Trunk(channel, tuple(left), tuple(right))
 
 
@@ -151,7 +151,7 @@ def make_sheet(block: Block, depth: int = 1) -> Sheet:
     trunks = [route.trunk(c) for route in routes for c in range(route.first, route.last + 1)]
     lanes = {route.lane(column): column for route in routes for column in route.lanes}
     tops = place_rows(
-        {_key(box): box.height for box in sheet.boxes} | dict.fromkeys(lanes, LANE),
+        {_key(box): box.height for box in sheet.boxes} | dict.fromkeys(lanes, 0.0),
         {_key(box): box.column for box in sheet.boxes} | lanes,
         trunks,
     )
@@ -252,7 +252,7 @@ def _lines(route: _Route, tops: dict[str, float], track_x: dict) -> list[list[Po
         line = [start, (track_x[route.name, channel], start[1])]
         while channel != goal:
             following = channel + (1 if goal > channel else -1)
-            y = tops[route.lane(max(channel, following))] + LANE / 2
+            y = tops[route.lane(max(channel, following))]
             line += [(track_x[route.name, c], y) for c in (channel, following)]
             channel = following
         end = (sink.x, sink.y + sink.in_y[port])

@@ -158,7 +158,7 @@ def _parted(first: Trunk, second: Trunk, tops: dict[str, float]) -> Limit:
         for one, at in a.left:
             for other, beside in b.right:
                 distance = tops[one] + at - tops[other] - beside
-                if abs(distance) < CLOSE and one != other:
+                if abs(distance) < CLOSE:
                     if distance <= 0:
                         return one, other, beside - at - CLOSE
                     return other, one, at - beside - CLOSE

@@ -41,6 +41,7 @@ WIRES = (
     ("#2a8ca0", "#66d9ef"),
     ("#8a4b2a", "#d9a07a"),
 )
+"""Colours that wires may have, in light and dark."""
 
 STYLES = {
     "page": Style(fill=("#ffffff", "#0d1117")),
@@ -250,5 +251,6 @@ def field_lines(signal: Signal) -> list[str]:
     for field in signal.fields:
         entries = " ".join(filter(None, (field.name, *field.entries)))
         frame = f", in {field.frame}" if field.frame else ""
-        lines.append(f"{entries} ({field.unit}{frame})")
+        units = ", ".join(dict.fromkeys(field.units))
+        lines.append(f"{entries} ({units}{frame})")
     return lines

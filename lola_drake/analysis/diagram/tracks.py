@@ -22,7 +22,7 @@ def assign_tracks(ends: list[Ends]) -> list[int]:
 
 def always_on_top(first: Ends, second: Ends) -> bool:
     """Return whether the two wires lie on each other whichever runs left."""
-    return min(_cost(first, second), _cost(second, first)) >= ON_TOP
+    return bool(_on_top(first, second) and _on_top(second, first))
 
 
 def _cheapest_order(cost: list[list[int]]) -> list[int]:
@@ -52,8 +52,12 @@ def _cost(first: Ends, second: Ends) -> int:
     """Return how badly two wires meet when the first runs left of the second."""
     crossings = sum(_low(second) < y < _high(second) for y in first[1])
     crossings += sum(_low(first) < y < _high(first) for y in second[0])
-    on_top = sum(abs(a - b) < CLOSE for a in first[1] for b in second[0])
-    return crossings + ON_TOP * on_top
+    return crossings + ON_TOP * _on_top(first, second)
+
+
+def _on_top(first: Ends, second: Ends) -> int:
+    """Return how many of their stubs lie on each other when the first runs left of the second."""
+    return sum(abs(a - b) < CLOSE for a in first[1] for b in second[0])
 
 
 def _overlap(first: Ends, second: Ends, gap: float = 6.0) -> bool:

@@ -1,0 +1,158 @@
+"""The plant: LOLA on its ground, in discrete time with hydroelastic contact."""
+
+import logging
+
+import numpy as np
+from pydrake.geometry import (
+    AddCompliantHydroelasticProperties,
+    AddCompliantHydroelasticPropertiesForHalfSpace,
+    AddContactMaterial,
+    Box,
+    HalfSpace,
+    ProximityProperties,
+    SceneGraph,
+)
+from pydrake.math import RigidTransform, RollPitchYaw
+from pydrake.multibody.plant import (
+    AddMultibodyPlant,
+    CoulombFriction,
+    MultibodyPlant,
+    MultibodyPlantConfig,
+)
+from pydrake.systems.framework import DiagramBuilder
+
+from lola_drake.robot import PADS, add_lola
+from lola_drake.scenario import Ground, StartPose
+from lola_drake.signals import PERIOD
+
+# Drake warns that half spaces do not support deformable bodies; there are none.
+logging.getLogger("drake").addFilter(lambda record: "deformable" not in record.getMessage())
+
+SLAB = 0.1
+"""Thickness of the compliant floor (m); with the modulus it gives the stiffness per area."""
+
+FALLEN = (0.55, np.deg2rad(45.0))
+"""Height of the torso (m) below which, and inclination (rad) above which, the robot has fallen."""
+
+_PAD_NAMES = ("pad_rear_left", "pad_rear_right", "pad_front_left", "pad_front_right")
+
+
+def add_plant(builder: DiagramBuilder, ground: Ground) -> tuple[MultibodyPlant, SceneGraph]:
+    """Add LOLA on its ground to a diagram; the plant is finalized."""
+    config = MultibodyPlantConfig(
+        time_step=PERIOD,
+        contact_model="hydroelastic",
+        discrete_contact_approximation="lagged",
+        use_sampled_output_ports=False,
+    )
+    plant, scene_graph = AddMultibodyPlant(config, builder)
+    add_lola(plant)
+    add_ground(plant, ground)
+    return plant, scene_graph
+
+
+def add_ground(plant: MultibodyPlant, ground: Ground) -> None:
+    """Add the floor and what lies on it; all have the same stiffness per area, c_A,z = E/d."""
+    area_stiffness = ground.stiffness / sum(pad.area for pad in PADS)
+    floor = _material(ground)
+    AddCompliantHydroelasticPropertiesForHalfSpace(SLAB, area_stiffness * SLAB, floor)
+    world = plant.world_body()
+    plant.RegisterCollisionGeometry(world, RigidTransform(), HalfSpace(), "floor", floor)
+    for obstacle in ground.obstacles:
+        size = np.array([*obstacle.size, obstacle.height])
+        pose = RigidTransform(
+            RollPitchYaw(0.0, 0.0, np.deg2rad(obstacle.heading_deg)),
+            [*obstacle.position, obstacle.height / 2],
+        )
+        # A box is softest in its middle: its pressure rises to the modulus over half its height.
+        board = _material(ground)
+        AddCompliantHydroelasticProperties(size.max(), area_stiffness * size.min() / 2, board)
+        plant.RegisterCollisionGeometry(world, pose, Box(*size), obstacle.name, board)
+        plant.RegisterVisualGeometry(
+            world, pose, Box(*size), obstacle.name, np.array([0.72, 0.53, 0.34, 1.0])
+        )
+
+
+def _material(ground: Ground) -> ProximityProperties:
+    properties = ProximityProperties()
+    AddContactMaterial(
+        dissipation=ground.dissipation,
+        friction=CoulombFriction(ground.friction, ground.friction),
+        properties=properties,
+    )
+    return properties
+
+
+def set_start(
+    plant: MultibodyPlant, start: StartPose, ground: Ground, q: np.ndarray, p_PT: np.ndarray
+) -> None:
+    """Let the plant's default context begin at a place of the scenario.
+
+    Args:
+        plant: finalized.
+        start: where the robot stands.
+        ground: what it stands on.
+        q: joint angles (rad), shape (24,).
+        p_PT: the torso in the plan's frame, which lies between the feet (m), shape (3,).
+    """
+    heading = RigidTransform(
+        RollPitchYaw(0.0, 0.0, np.deg2rad(start.heading_deg)),
+        [start.x, start.y, ground.height_at(start.x, start.y)],
+    )
+    torso = plant.GetBodyByName("torso")
+    plant.SetDefaultFloatingBaseBodyPose(torso, heading @ RigidTransform(p_PT))
+    positions = plant.GetDefaultPositions()
+    positions[7:] = q
+    plant.SetDefaultPositions(positions)
+
+
+def pad_geometries(plant: MultibodyPlant, scene_graph: SceneGraph) -> dict[int, int]:
+    """Return which switch (0 to 7) belongs to which collision geometry, by the value of its id."""
+    inspector = scene_graph.model_inspector()
+    pads = {}
+    for body, first in (("foot_l", 0), ("zfl", 0), ("foot_r", 4), ("zfr", 4)):
+        for geometry in plant.GetCollisionGeometriesForBody(plant.GetBodyByName(body)):
+            name = inspector.GetName(geometry).split("::")[-1]
+            pads[geometry.get_value()] = first + _PAD_NAMES.index(name)
+    return pads
+
+
+def has_fallen(positions: np.ndarray) -> bool:
+    """Return whether the torso is too low or too inclined to come back."""
+    height, inclination = FALLEN
+    w, x, y, z = positions[:4]
+    upright = 1 - 2 * (x * x + y * y)
+    return bool(positions[6] < height or upright < np.cos(inclination))
+
+
+def plant_truth(plant: MultibodyPlant, states: np.ndarray) -> dict[str, np.ndarray]:
+    """Return where the robot really was: poses in W, joint angles and rates, from plant states."""
+    context = plant.CreateDefaultContext()
+    frames = {
+        "torso_pose": plant.GetFrameByName("torso"),
+        "foot_pose_l": plant.GetFrameByName("tcp_l"),
+        "foot_pose_r": plant.GetFrameByName("tcp_r"),
+    }
+    robot = [plant.GetModelInstanceByName("lola")]
+    poses = {name: np.empty((len(states), 3, 4)) for name in frames}
+    com = np.empty((len(states), 3))
+    for k, q in enumerate(states[:, : plant.num_positions()]):
+        plant.SetPositions(context, q)
+        com[k] = plant.CalcCenterOfMassPositionInWorld(context, robot)
+        for name, frame in frames.items():
+            poses[name][k] = frame.CalcPoseInWorld(context).GetAsMatrix34()
+    joints = slice(7, plant.num_positions())
+    rates = slice(plant.num_positions() + 6, plant.num_multibody_states())
+    return {name: _position_rpy(pose) for name, pose in poses.items()} | {
+        "com_position": com,
+        "joint_position": states[:, joints],
+        "joint_velocity": states[:, rates],
+    }
+
+
+def _position_rpy(poses: np.ndarray) -> np.ndarray:
+    """Return x, y, z (m), roll, pitch, yaw (rad) of poses [R p] of shape (n, 3, 4)."""
+    roll = np.arctan2(poses[:, 2, 1], poses[:, 2, 2])
+    pitch = np.arctan2(-poses[:, 2, 0], np.hypot(poses[:, 0, 0], poses[:, 1, 0]))
+    yaw = np.arctan2(poses[:, 1, 0], poses[:, 0, 0])
+    return np.column_stack([poses[:, :, 3], roll, pitch, yaw])

@@ -1,0 +1,84 @@
+"""What a step's plan depends on, as a record and as the vector that a block can hold as state."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+HORIZON = 3
+"""Steps planned ahead; as on LOLA (interface headers, 2018)."""
+
+
+@dataclass(frozen=True)
+class StepRequest:
+    """Everything a step's plan depends on.
+
+    Attributes:
+        start_time: when the step begins (s).
+        step_index: number of steps begun so far.
+        swing: the foot that swings next, 0 left or 1 right.
+        load: the left foot's share of the load at the start; 0.5 when standing.
+        com, com_velocity: the plan's CoM at the start in P (m, m/s), shape (3,).
+        feet: TCP poses x, y, z, yaw in P, left and right, each of shape (4,).
+        path: the robot's frame on the ground x, y (m), yaw (rad).
+        ground: height in P at which the coming footholds are expected (m).
+        heading: the torso's yaw at the start (rad).
+        support: duration of the double support that begins the step (s).
+        blend: b_f of the left and right foot at the start, shape (2,).
+        displacements: (forward, left, turn) of the coming steps, shape (n, 3); none to stand.
+    """
+
+    start_time: float
+    step_index: int
+    swing: int
+    load: float
+    com: np.ndarray
+    com_velocity: np.ndarray
+    feet: tuple[np.ndarray, np.ndarray]
+    path: np.ndarray
+    ground: float
+    heading: float
+    support: float
+    blend: np.ndarray
+    displacements: np.ndarray
+
+
+def pack_request(request: StepRequest) -> np.ndarray:
+    """Return the request as a vector of fixed size."""
+    displacements = np.zeros((HORIZON, 3))
+    displacements[: len(request.displacements)] = request.displacements
+    return np.concatenate(
+        [
+            [request.start_time, request.step_index, request.swing, request.load],
+            request.com,
+            request.com_velocity,
+            *request.feet,
+            request.path,
+            [request.ground, request.heading, request.support],
+            request.blend,
+            [len(request.displacements)],
+            displacements.ravel(),
+        ]
+    )
+
+
+def unpack_request(vector: np.ndarray) -> StepRequest:
+    """Return the request that `pack_request` wrote."""
+    start_time, step_index, swing, load = vector[:4]
+    com, com_velocity, left, right, path, pace, blend, count, displacements = np.split(
+        vector[4:].copy(), np.cumsum([3, 3, 4, 4, 3, 3, 2, 1])
+    )
+    return StepRequest(
+        start_time=float(start_time),
+        step_index=int(step_index),
+        swing=int(swing),
+        load=load,
+        com=com,
+        com_velocity=com_velocity,
+        feet=(left, right),
+        path=path,
+        ground=pace[0],
+        heading=pace[1],
+        support=pace[2],
+        blend=blend,
+        displacements=displacements.reshape(-1, 3)[: int(count[0])],
+    )

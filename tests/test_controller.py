@@ -1,0 +1,213 @@
+"""The whole controller: its symmetry, its ports, its delay, and its gains as parameters."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from lola_drake.blocks.joint_servos import JointServosParams
+from lola_drake.controller import WalkingController
+from lola_drake.robot import MIRRORED_JOINTS
+from lola_drake.scenario import Scenario
+from lola_drake.signals import JOINTS, PERIOD
+
+SENSORS = ("torso_orientation", "measured_wrench", "contact")
+TICKS = 50
+
+KEEP_THEIR_SIGN = {"tha", "tsa", "taa", "tvt"}
+"""Adduction (the left axes are -x where the right ones are +x) and the head's tilt."""
+SIGNS = np.array([1.0 if name[:3] in KEEP_THEIR_SIGN else -1.0 for name in JOINTS])
+ORIENTATION_SIGNS = np.array([-1.0, 1.0, -1.0, 1.0])
+WRENCH_SIGNS = np.array([1.0, -1.0, 1.0, -1.0, 1.0, -1.0])
+
+
+class Loop:
+    """A standing controller that is stepped tick by tick with given sensor signals."""
+
+    def __init__(self, variant="dyn", delay_ticks=1):
+        scenario = Scenario(variant=variant)
+        servos = JointServosParams(delay_ticks=delay_ticks)
+        scenario = replace(scenario, control=replace(scenario.control, servos=servos))
+        self.controller = WalkingController(scenario)
+        self.context = self.controller.CreateDefaultContext()
+        self.controller.GetInputPort("walk_command").FixValue(self.context, np.zeros(3))
+
+    def feed(self, sensed):
+        for name in SENSORS:
+            self.controller.GetInputPort(name).FixValue(self.context, sensed[name])
+
+    def step(self, sensed):
+        self.feed(sensed)
+        updates = self.controller.EvalUniquePeriodicDiscreteUpdate(self.context)
+        self.context.SetDiscreteState(updates)
+        self.context.SetTime(self.context.get_time() + PERIOD)
+
+    def output(self, name):
+        return self.controller.GetOutputPort(name).Eval(self.context).copy()
+
+    def block_context(self, name):
+        block = self.controller.GetSubsystemByName(name)
+        return block.GetMyMutableContextFromRoot(self.context)
+
+
+def quiet():
+    return {
+        "torso_orientation": np.zeros(4),
+        "measured_wrench": np.tile([0.0, 0.0, 280.0, 0.0, 0.0, 0.0], 2),
+        "contact": np.ones(8),
+    }
+
+
+def restless():
+    """Return sensor signals without any symmetry for some ticks, the same every time."""
+    random = np.random.default_rng(3)
+    ticks = []
+    for k in range(TICKS):
+        wrench = random.uniform(-1.0, 1.0, 12) * np.tile([30.0, 30.0, 200.0, 8.0, 8.0, 8.0], 2)
+        wrench[[2, 8]] += 200.0
+        contact = random.integers(0, 2, 8).astype(float)
+        contact[:4] *= k % 3 != 0
+        contact[4:] *= k % 3 != 1
+        orientation = random.uniform(-1.0, 1.0, 4) * [0.05, 0.05, 0.4, 0.4]
+        ticks.append(
+            {"torso_orientation": orientation, "measured_wrench": wrench, "contact": contact}
+        )
+    return ticks
+
+
+def mirrored(sensed):
+    left, right = np.split(sensed["measured_wrench"], 2)
+    pads = sensed["contact"].reshape(2, 2, 2)
+    return {
+        "torso_orientation": ORIENTATION_SIGNS * sensed["torso_orientation"],
+        "measured_wrench": np.r_[WRENCH_SIGNS * right, WRENCH_SIGNS * left],
+        "contact": pads[::-1, :, ::-1].ravel(),
+    }
+
+
+def mirrored_joints(values):
+    return (SIGNS * values.reshape(-1, len(JOINTS))[:, MIRRORED_JOINTS]).ravel()
+
+
+def ticks_until_joints_move(sensor, value, delay_ticks):
+    """Return after how many ticks one disturbed sample reaches the joints."""
+    disturbed, free = Loop(delay_ticks=delay_ticks), Loop(delay_ticks=delay_ticks)
+    impulse = quiet() | {sensor: value}
+    for k in range(10):
+        outputs = [loop.output("joint_desired_state") for loop in (disturbed, free)]
+        if not np.array_equal(*outputs):
+            return k
+        disturbed.step(impulse if k == 0 else quiet())
+        free.step(quiet())
+    return None
+
+
+@pytest.mark.parametrize("variant", ["dyn", "ref", "original"])
+def test_mirrored_sensors_give_mirrored_joints(variant):
+    one, other = Loop(variant), Loop(variant)
+    for sensed in restless():
+        one.step(sensed)
+        other.step(mirrored(sensed))
+        for name in ("joint_desired_state", "joint_feedforward"):
+            expected = mirrored_joints(one.output(name))
+            np.testing.assert_allclose(other.output(name), expected, rtol=0, atol=1e-7)
+
+
+def test_sensors_without_symmetry_move_the_joints_without_symmetry():
+    loop = Loop()
+    for sensed in restless():
+        loop.step(sensed)
+    moved = loop.output("joint_desired_state")
+    assert np.abs(moved - mirrored_joints(moved)).max() > 1e-2
+
+
+def test_standing_posture_is_its_own_mirror_image():
+    q = Loop().controller.stance.q
+    np.testing.assert_allclose(mirrored_joints(q), q, atol=1e-9)
+
+
+@pytest.mark.parametrize("variant", ["dyn", "original"])
+def test_inputs_come_from_the_user_and_the_sensors(variant):
+    controller = Loop(variant).controller
+    inputs = [controller.get_input_port(i).get_name() for i in range(controller.num_input_ports())]
+    assert sorted(inputs) == sorted(["walk_command", *SENSORS])
+
+
+@pytest.mark.parametrize("variant", ["dyn", "original"])
+def test_every_output_of_every_block_is_exported(variant):
+    controller = Loop(variant).controller
+    expected = [
+        block.get_output_port(i).get_name() + (suffix if suffix in ("_l", "_r") else "")
+        for block in controller.GetSystems()
+        for suffix in [block.get_name()[-2:]]
+        for i in range(block.num_output_ports())
+    ]
+    names = [controller.get_output_port(i).get_name() for i in range(controller.num_output_ports())]
+    assert sorted(names) == sorted(expected)
+
+
+@pytest.mark.parametrize("variant", ["dyn", "original"])
+def test_every_output_has_a_finite_value(variant):
+    loop = Loop(variant)
+    loop.feed(quiet())
+    for i in range(loop.controller.num_output_ports()):
+        port = loop.controller.get_output_port(i)
+        assert np.isfinite(port.Eval(loop.context)).all(), port.get_name()
+
+
+@pytest.mark.parametrize("delay_ticks", [1, 4])
+@pytest.mark.parametrize(
+    ("sensor", "value"),
+    [
+        ("torso_orientation", [0.01, 0.0, 0.0, 0.0]),
+        ("torso_orientation", [0.0, 0.0, 0.0, 0.1]),
+        ("measured_wrench", np.tile([0.0, 0.0, 300.0, 0.0, 0.0, 0.0], 2)),
+    ],
+)
+def test_a_sample_reaches_the_joints_after_the_delay_of_the_bus_alone(sensor, value, delay_ticks):
+    assert ticks_until_joints_move(sensor, np.array(value), delay_ticks) == delay_ticks
+
+
+@pytest.mark.parametrize("delay_ticks", [1, 4])
+def test_a_contact_switch_goes_through_the_integrator_one_tick_later(delay_ticks):
+    one_foot = np.repeat([1.0, 0.0], 4)
+    assert ticks_until_joints_move("contact", one_foot, delay_ticks) == delay_ticks + 1
+
+
+def test_without_com_dynamics_a_contact_switch_does_nothing():
+    loops = [Loop("ref"), Loop("ref")]
+    for _ in range(10):
+        loops[0].step(quiet() | {"contact": np.repeat([1.0, 0.0], 4)})
+        loops[1].step(quiet())
+    assert np.array_equal(*(loop.output("joint_desired_state") for loop in loops))
+
+
+@pytest.mark.parametrize(
+    ("block", "variant", "gains"),
+    [
+        ("imu_stabilizer", "dyn", 4),
+        ("force_control_l", "dyn", 2),
+        ("force_control_r", "dyn", 2),
+        ("com_dynamics_l", "dyn", 2),
+        ("com_dynamics_r", "dyn", 2),
+        ("configuration_force_control", "original", 2),
+    ],
+)
+def test_every_gain_is_a_parameter_that_changes_the_motion(block, variant, gains):
+    context = Loop(variant).block_context(block)
+    assert context.num_numeric_parameter_groups() == 1
+    assert context.get_numeric_parameter(0).size() == gains
+    before = _motion(variant)
+    for k in range(gains):
+        assert not np.array_equal(_motion(variant, block, k), before), k
+
+
+def _motion(variant, block=None, gain=None):
+    """Return where the joints end when one gain is halved."""
+    loop = Loop(variant)
+    if block is not None:
+        gains = loop.block_context(block).get_mutable_numeric_parameter(0)
+        gains.SetAtIndex(gain, 0.5 * gains.GetAtIndex(gain))
+    for sensed in restless():
+        loop.step(sensed)
+    return loop.output("joint_desired_state")

@@ -1,0 +1,114 @@
+"""The schedule of the gait: smooth, alternating, and standing at its end."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from lola_drake.blocks.walking_pattern import WalkingPatternParams
+from lola_drake.theory.gait import LEFT, RIGHT, Profile, advance, foothold, make_schedule
+
+TIMING = WalkingPatternParams().timing()
+displacements = st.lists(
+    st.tuples(st.floats(-0.4, 0.4), st.floats(-0.1, 0.1), st.floats(-0.3, 0.3)), max_size=4
+)
+
+
+def schedule(steps, swing=LEFT):
+    """Return the schedule of a robot that stands at the origin and takes these steps."""
+    feet = tuple(
+        np.insert(foothold(np.zeros(3), foot, TIMING.step_width), 2, 0.0) for foot in (LEFT, RIGHT)
+    )
+    return make_schedule(
+        TIMING, feet, 0.5, 0.87, 0.0, np.zeros(3), 0.0, swing, 0.8, np.reshape(steps, (-1, 3))
+    )
+
+
+def mirrored(pose):
+    """Return x, y, (z,) yaw seen in a mirror beside the robot."""
+    return pose * np.array([1, -1, 1, -1])[[0, 1, 2, 3] if pose.shape[-1] == 4 else [0, 1, 3]]
+
+
+def test_profile_holds_its_ends_and_sums_its_changes():
+    profile = Profile(np.array([1.0, 0.0]))
+    profile.add(0.2, 0.4, [1.0, 0.0])
+    profile.add(0.3, 0.5, [0.0, -2.0])
+    value, rate = profile(np.array([0.0, 0.2, 0.5, 9.0]))
+    np.testing.assert_allclose(value, [[1, 0], [1, 0], [2, -2], [2, -2]])
+    np.testing.assert_allclose(rate, 0)
+    np.testing.assert_allclose(profile.end, [2, -2])
+
+
+@pytest.mark.parametrize("swing", [LEFT, RIGHT])
+def test_motions_are_continuous_to_the_acceleration(swing):
+    plan = schedule([[0.35, 0.05, 0.1]] * 3, swing)
+    dt = 1e-4
+    time = np.arange(0.0, plan.end + 0.2, dt)
+    for profile in (*plan.foot, *plan.toe, plan.heading, plan.height):
+        value, rate = profile(time)
+        middle = (value[2:] - value[:-2]) / (2 * dt)
+        np.testing.assert_allclose(middle, rate[1:-1], atol=1e-4)
+        acceleration = np.diff(rate, axis=0) / dt
+        # The minimum-jerk transition of a change in the time T has at most the jerk 60 change/T^3.
+        jerk = sum(
+            60 * np.abs(change) / (end - begin) ** 3 for begin, end, change in profile.changes
+        )
+        assert np.all(np.abs(np.diff(acceleration, axis=0)) <= 1.01 * jerk * dt + 1e-9)
+
+
+def test_load_moves_without_jumps_and_rests_on_the_stance_foot():
+    plan = schedule([[0.3, 0.0, 0.0]] * 3)
+    time = np.arange(0.0, plan.end, 1e-3)
+    load = plan.load(time)[0][:, 0]
+    assert np.abs(np.diff(load)).max() < 0.005
+    assert load.min() >= 0
+    assert load.max() <= 1
+    for foot, lift_off, touchdown in plan.swings:
+        swinging = (time > lift_off) & (time < touchdown)
+        np.testing.assert_allclose(load[swinging], 1.0 if foot == RIGHT else 0.0, atol=1e-12)
+
+
+@given(displacements)
+def test_one_foot_stands_still_while_the_other_swings(steps):
+    plan = schedule(steps)
+    for k, (foot, lift_off, touchdown) in enumerate(plan.swings):
+        assert k == 0 or foot != plan.swings[k - 1][0]
+        time = np.linspace(lift_off, touchdown, 50)
+        stance, rate = plan.foot[1 - foot](time)
+        np.testing.assert_allclose(stance, stance[:1].repeat(50, axis=0), atol=1e-12)
+        np.testing.assert_allclose(rate, 0, atol=1e-9)
+        height = plan.foot[foot](time)[0][:, 2]
+        assert height.max() == pytest.approx(TIMING.step_height)
+        assert height.min() >= -1e-12
+
+
+@given(displacements)
+def test_ends_with_the_feet_side_by_side(steps):
+    plan = schedule(steps)
+    path = np.zeros(3)
+    for step in steps:
+        path = advance(path, np.array(step))
+    for foot in (LEFT, RIGHT):
+        end = plan.foot[foot].end
+        np.testing.assert_allclose(
+            end[[0, 1, 3]], foothold(path, foot, TIMING.step_width), atol=1e-8
+        )
+    assert plan.load.end == pytest.approx(0.5)
+    assert len(plan.swings) in (len(steps), len(steps) + 1)
+
+
+def test_footholds_are_a_step_width_apart_and_turn_with_the_path():
+    left, right = (foothold(np.array([1.0, 2.0, np.pi / 2]), foot, 0.2) for foot in (LEFT, RIGHT))
+    np.testing.assert_allclose(left, [0.9, 2.0, np.pi / 2])
+    np.testing.assert_allclose(right, [1.1, 2.0, np.pi / 2])
+
+
+@given(displacements)
+def test_mirrored_steps_give_the_mirrored_schedule(steps):
+    plan = schedule(steps, LEFT)
+    mirror = schedule([(x, -y, -turn) for x, y, turn in steps], RIGHT)
+    time = np.linspace(0.0, plan.end, 100)
+    for foot in (LEFT, RIGHT):
+        for one, other in zip(plan.foot[foot](time), mirror.foot[1 - foot](time), strict=True):
+            np.testing.assert_allclose(one, mirrored(other), atol=1e-9)
+    np.testing.assert_allclose(plan.load(time)[0], 1 - mirror.load(time)[0], atol=1e-12)

@@ -1,0 +1,265 @@
+"""The hybrid position/force control against the paper's equations 8 to 16 and 21."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from pydrake.math import RollPitchYaw
+
+from lola_drake.blocks.hybrid_force_control import (
+    FORCE_CONTROLLED,
+    FootSensor,
+    HybridForceControl,
+    HybridForceControlParams,
+    force_control_rate,
+    limited_rate,
+    modification_rate,
+    wrench_at_tcp,
+)
+from lola_drake.robot import PADS, foot_angles
+from lola_drake.signals import GAIT_PHASE, PERIOD, TASK_REFERENCE
+from lola_drake.theory.contact_model import contact_matrix
+
+U = contact_matrix(PADS, 1.2e5 / sum(pad.area for pad in PADS))
+SENSOR = FootSensor(p_TcpSensor=(-0.03, 0.01, 0.08), weight=20.0, p_TcpFoot=(0.02, 0.005, 0.04))
+MEASURED = np.array([30.0, -20.0, 400.0, 8.0, -12.0, 3.0])
+LIMIT, RATE_LIMIT = 0.08, 0.5
+
+
+class Foot:
+    """The block of the left foot, which is stepped tick by tick; by default all is at rest."""
+
+    def __init__(self, **params):
+        self.params = HybridForceControlParams(**params)
+        self.block = HybridForceControl(self.params, "l", U, SENSOR, PERIOD)
+        self.context = self.block.CreateDefaultContext()
+        for i in range(self.block.num_input_ports()):
+            port = self.block.get_input_port(i)
+            port.FixValue(self.context, np.zeros(port.size()))
+
+    def fix(self, name, value, where=slice(None)):
+        port = self.block.GetInputPort(name)
+        full = port.Eval(self.context).copy()
+        full[where] = value
+        port.FixValue(self.context, full)
+
+    def blend(self, value):
+        self.fix("gait_phase", value, GAIT_PHASE.slice("blend").start)
+
+    def desire(self, wrench, rate=(0.0, 0.0, 0.0)):
+        self.fix("desired_wrench", wrench, slice(0, 3))
+        self.fix("desired_wrench", rate, slice(6, 9))
+
+    def press(self, force):
+        """Let the ground carry the foot with a force at the TCP."""
+        on_foot = force - SENSOR.weight
+        (x, y, _), weight = SENSOR.p_TcpSensor, SENSOR.weight
+        p_x, p_y, _ = SENSOR.p_TcpFoot
+        torque = [-y * on_foot - weight * p_y, x * on_foot + weight * p_x, 0.0]
+        self.fix("measured_wrench", [0.0, 0.0, on_foot, *torque], slice(0, 6))
+
+    def output(self, name):
+        return self.block.GetOutputPort(name).Eval(self.context).copy()
+
+    def step(self, ticks=1):
+        for _ in range(ticks):
+            updates = self.block.EvalUniquePeriodicDiscreteUpdate(self.context)
+            self.context.SetDiscreteState(updates)
+
+    def modification(self):
+        return self.output("task_modification")
+
+
+def test_error_of_an_ideal_contact_decays_with_the_time_constant():
+    delta = 0.02
+    wrench, desired = np.array([10.0, -5.0, 300.0]), np.array([0.0, 4.0, 400.0])
+    start = desired - wrench
+    for _ in range(round(delta / PERIOD)):
+        rate = force_control_rate(np.linalg.inv(U), desired - wrench, np.zeros(3), delta)
+        wrench = wrench + PERIOD * U @ rate
+    ratio = (desired - wrench) / start
+    assert ratio == pytest.approx(np.full(3, (1 - PERIOD / delta) ** 20))
+    assert ratio == pytest.approx(np.full(3, np.exp(-1)), rel=0.03)
+
+
+def test_a_moving_desired_wrench_is_followed_without_lag():
+    inverse, slope = np.linalg.inv(U), np.array([20.0, -30.0, 500.0])
+    wrench = np.zeros(3)
+    for _ in range(100):
+        wrench = wrench + PERIOD * U @ force_control_rate(inverse, np.zeros(3), slope, 0.02)
+    assert wrench == pytest.approx(0.1 * slope)
+
+
+def test_the_block_lets_the_error_of_an_ideal_contact_decay():
+    foot = Foot()
+    foot.blend(1.0)
+    foot.desire([0.0, 0.0, 310.0])
+    for _ in range(20):
+        foot.press(300.0 + U[2, 2] * foot.modification()[2])
+        foot.step()
+    left = 10.0 - U[2, 2] * foot.modification()[2]
+    assert left / 10.0 == pytest.approx(0.95**20, rel=1e-6)
+
+
+def test_more_desired_force_lowers_the_foot():
+    foot = Foot()
+    foot.blend(1.0)
+    foot.press(300.0)
+    foot.desire([0.0, 0.0, 400.0])
+    foot.step()
+    assert foot.modification()[2] < 0
+
+
+def test_full_blend_adds_force_control_and_com_dynamics():
+    assert modification_rate(0.3, 0.2, 5.0, 1.0, 6.0) == pytest.approx(0.5)
+
+
+def test_no_blend_returns_to_the_plan():
+    assert modification_rate(0.3, 0.2, 0.05, 0.0, 6.0) == pytest.approx(-0.3)
+
+
+@given(st.floats(0, 1), st.floats(-1, 1), st.floats(-1, 1), st.floats(-0.1, 0.1))
+def test_a_blend_between_lies_on_the_line(blend, force_rate, com_rate, deviation):
+    ends = [modification_rate(force_rate, com_rate, deviation, b, 6.0) for b in (0.0, 1.0)]
+    between = modification_rate(force_rate, com_rate, deviation, blend, 6.0)
+    assert between == pytest.approx(ends[0] + blend * (ends[1] - ends[0]), abs=1e-9)
+
+
+def test_command_is_the_plan_with_its_modification():
+    foot = Foot()
+    w, w_dot = TASK_REFERENCE.slice("w_l"), TASK_REFERENCE.slice("w_dot_l")
+    foot.fix("task_reference", np.arange(6) / 100, w)
+    foot.fix("task_reference", np.arange(6) / 10, w_dot)
+    delta = np.array([0.01, -0.02, 0.03])
+    foot.context.SetDiscreteState(delta)
+    plan_w, plan_rate = np.arange(6) / 100, np.arange(6) / 10
+    plan_w[FORCE_CONTROLLED] += delta
+    plan_rate[FORCE_CONTROLLED] -= foot.params.position_gain * delta
+    assert foot.output("task_command") == pytest.approx(np.r_[plan_w, plan_rate])
+
+
+def full_transform(measured, rotation):
+    """Return the whole wrench of the ground at the TCP in T, by the 6x6 transform."""
+    lever = np.array(SENSOR.p_TcpSensor)
+    skew = np.array([np.cross(lever, axis) for axis in np.eye(3)]).T
+    shift = np.block([[np.eye(3), np.zeros((3, 3))], [skew, np.eye(3)]])
+    turn = np.kron(np.eye(2), rotation)
+    wrench = turn @ shift @ measured
+    support = np.array([0.0, 0.0, SENSOR.weight])
+    return wrench + np.r_[support, np.cross(rotation @ SENSOR.p_TcpFoot, support)]
+
+
+@pytest.mark.parametrize("yaw", [0.0, 0.4, -2.5])
+def test_wrench_at_tcp_is_the_full_transform_of_a_level_foot(yaw):
+    rotation = RollPitchYaw(0.0, 0.0, yaw).ToRotationMatrix().matrix()
+    expected = full_transform(MEASURED, rotation)[[3, 4, 2]]
+    assert wrench_at_tcp(MEASURED, (0.0, 0.0, yaw), SENSOR) == pytest.approx(expected)
+
+
+@pytest.mark.parametrize("yaw", [0.0, 0.4, -2.5])
+def test_wrench_at_tcp_errs_by_the_lean_squared(yaw):
+    errors = []  # The third column of the rotation is left at first order.
+    for lean in (0.02, 0.01):
+        rotation = RollPitchYaw(lean, -0.7 * lean, yaw).ToRotationMatrix().matrix()
+        wrench = wrench_at_tcp(MEASURED, foot_angles(rotation), FootSensor((0, 0, 0), 0, (0, 0, 0)))
+        turned = np.kron(np.eye(2), rotation) @ MEASURED
+        errors.append(np.abs(wrench - turned[[3, 4, 2]]).max())
+    assert errors[0] < MEASURED[2] * 0.02**2
+    assert errors[1] < 0.3 * errors[0]
+
+
+@pytest.mark.parametrize("yaw", [0.0, 0.4, -2.5])
+def test_wrench_at_tcp_is_near_the_full_transform_of_a_leaning_foot(yaw):
+    rotation = RollPitchYaw(0.01, -0.02, yaw).ToRotationMatrix().matrix()
+    wrench = wrench_at_tcp(MEASURED, foot_angles(rotation), SENSOR)
+    expected = full_transform(MEASURED, rotation)[[3, 4, 2]]
+    assert wrench == pytest.approx(expected, abs=0.15)
+
+
+@pytest.mark.parametrize("yaw", [0.0, 0.4, -2.5])
+def test_a_hanging_foot_weighs_nothing(yaw):
+    weight = np.array([0.0, 0.0, -SENSOR.weight])
+    lever = np.subtract(SENSOR.p_TcpFoot, SENSOR.p_TcpSensor)
+    hanging = np.r_[weight, np.cross(lever, weight)]
+    assert wrench_at_tcp(hanging, (0.0, 0.0, yaw), SENSOR) == pytest.approx(np.zeros(3), abs=1e-12)
+
+
+@given(st.lists(st.floats(-5, 5), min_size=1, max_size=60))
+def test_modification_never_passes_its_limit(rates):
+    delta = 0.0
+    for rate in np.repeat(rates, 10).tolist():
+        limited = limited_rate(rate, delta, LIMIT, RATE_LIMIT, PERIOD)
+        assert abs(limited) <= RATE_LIMIT
+        delta += PERIOD * limited
+        assert abs(delta) <= LIMIT * (1 + 1e-12)
+
+
+@given(st.floats(1e-3, 5), st.integers(1, 1000), st.sampled_from([-1.0, 1.0]))
+def test_modification_leaves_its_limit_without_delay(rate, ticks_at_limit, side):
+    delta = side * LIMIT
+    for _ in range(ticks_at_limit):
+        delta += PERIOD * limited_rate(side * 5.0, delta, LIMIT, RATE_LIMIT, PERIOD)
+    back = limited_rate(-side * rate, delta, LIMIT, RATE_LIMIT, PERIOD)
+    assert back == -side * min(rate, RATE_LIMIT)
+
+
+def test_block_stops_at_its_limits_and_comes_back_at_once():
+    foot = Foot(max_height=0.01)
+    foot.blend(1.0)
+    foot.press(300.0)
+    foot.desire([0.0, 0.0, 900.0])
+    foot.step(200)
+    assert foot.modification()[2] == pytest.approx(-0.01)
+    foot.desire([0.0, 0.0, 200.0])
+    foot.step()
+    assert foot.modification()[2] > -0.01
+
+
+def test_angles_of_an_unloaded_foot_are_turned_against_the_inclination():
+    foot = Foot()
+    foot.blend(1.0)
+    foot.press(0.0)
+    foot.desire([30.0, -30.0, 100.0])
+    foot.fix("torso_orientation", [0.04, -0.03, 0.0, 0.0])
+    foot.step(2000)
+    assert foot.modification()[:2] == pytest.approx([-0.04, 0.03], abs=1e-6)
+
+
+def test_height_of_an_unloaded_foot_is_force_controlled():
+    foot = Foot()
+    foot.blend(1.0)
+    foot.press(0.0)
+    foot.desire([0.0, 0.0, 30.0])
+    foot.step()
+    assert foot.modification()[2] == pytest.approx(PERIOD * 30.0 / (U[2, 2] * 0.02))
+
+
+def test_without_leveling_an_unloaded_foot_keeps_to_the_torso():
+    foot = Foot(leveling=0.0)
+    foot.blend(1.0)
+    foot.press(0.0)
+    foot.fix("torso_orientation", [0.04, -0.03, 0.0, 0.0])
+    foot.step(100)
+    assert foot.modification()[:2] == pytest.approx([0.0, 0.0], abs=1e-12)
+
+
+def test_angles_of_a_loaded_foot_ignore_the_inclination():
+    foot = Foot()
+    foot.blend(1.0)
+    foot.press(foot.params.grip_force)
+    foot.desire([0.0, 0.0, foot.params.grip_force])
+    foot.fix("torso_orientation", [0.04, -0.03, 0.0, 0.0])
+    foot.step(100)
+    assert foot.modification() == pytest.approx(np.zeros(3), abs=1e-9)
+
+
+@pytest.mark.parametrize("name", ["x", "y", "gamma_z"])
+def test_other_directions_are_those_of_the_plan(name):
+    foot = Foot()
+    foot.blend(1.0)
+    foot.press(300.0)
+    foot.desire([10.0, -10.0, 500.0])
+    foot.step(50)
+    index = {"x": 0, "y": 1, "gamma_z": 5}[name]
+    assert foot.output("task_command")[[index, 6 + index]] == pytest.approx([0.0, 0.0])
+    assert np.abs(foot.modification()).min() > 1e-4

@@ -1,0 +1,89 @@
+"""The MCAP export: what other tools read is what was recorded."""
+
+import json
+import sys
+
+import numpy as np
+import pytest
+from mcap.reader import make_reader
+
+from lola_drake.analysis.mcap_export import export_mcap, message_schema, message_template
+from lola_drake.analysis.picture_file import PictureError
+from lola_drake.logged import LOGGED
+
+
+@pytest.fixture(scope="module")
+def run(make_result):
+    result = make_result(steps=0)
+    result.signals["joint_position"][:, 5] = -0.25
+    result.signals["torso_pose"][:, 2] = 1.1
+    result.signals["com_position"][10, 0] = np.nan
+    return result
+
+
+@pytest.fixture(scope="module")
+def content(run, tmp_path_factory):
+    path = export_mcap(run, tmp_path_factory.mktemp("mcap") / "run.mcap", rate=100)
+    with path.open("rb") as stream:
+        reader = make_reader(stream)
+        messages = {}
+        for schema, channel, message in reader.iter_messages():
+            entry = (message.log_time, json.loads(message.data))
+            messages.setdefault(channel.topic, (schema, []))[1].append(entry)
+        return messages, {record.name: record.metadata for record in reader.iter_metadata()}
+
+
+def test_every_signal_is_a_topic_at_the_rate_asked_for(run, content):
+    messages, _ = content
+    assert set(messages) == {f"/{name}" for name in run.signals} | {"/tf"}
+    _, pose = messages["/torso_pose"]
+    assert len(pose) == len(run.times[::10])
+    assert [time for time, _ in pose[:3]] == [0, 10_000_000, 20_000_000]
+
+
+def test_values_keep_their_names(content):
+    messages, _ = content
+    _, joints = messages["/joint_position"]
+    assert joints[0][1]["q"]["tkfr"] == -0.25
+    _, gait = messages["/gait_phase"]
+    assert gait[0][1]["support"] == {"l": 1, "r": 1} and gait[0][1]["step_index"] == 0
+
+
+def test_what_is_not_a_number_is_null(content):
+    _, com = content[0]["/com_position"]
+    assert com[1][1]["p"] == {"x": None, "y": 0, "z": 0}
+
+
+@pytest.mark.parametrize("signal", LOGGED.values(), ids=lambda signal: signal.name)
+def test_schemas_describe_the_messages(signal):
+    message = json.loads(message_template(signal) % tuple(range(signal.size)))
+    properties = message_schema(signal)["properties"]
+    assert list(message) == list(properties)
+    units = []
+    for name, value in message.items():
+        entries = properties[name].get("properties", {name: properties[name]})
+        assert list(entries) == (list(value) if isinstance(value, dict) else [name])
+        units += [entry["description"].split(" in ")[0] for entry in entries.values()]
+    assert tuple(units) == signal.entry_units()
+
+
+def test_foxglove_gets_the_pose_of_every_link(content):
+    schema, poses = content[0]["/tf"]
+    assert schema.name == "foxglove.FrameTransforms"
+    transforms = {each["child_frame_id"]: each for each in poses[0][1]["transforms"]}
+    assert transforms["torso"]["translation"] == {"x": 0.0, "y": 0.0, "z": 1.1}
+    assert transforms["foot_l"]["translation"]["z"] < 0.1
+    assert transforms["torso"]["parent_frame_id"] == "world"
+
+
+def test_the_file_says_what_was_run(run, content):
+    metadata = content[1]["run"]
+    assert metadata["seed"] == str(run.scenario.seed) and "variant: dyn" in metadata["scenario"]
+    assert json.loads(metadata["versions"]) == run.versions
+
+
+def test_a_missing_package_is_said_in_one_line(run, tmp_path, monkeypatch):
+    monkeypatch.setitem(sys.modules, "mcap.writer", None)
+    with pytest.raises(PictureError, match="pip install"):
+        export_mcap(run, tmp_path / "run.mcap")
+    assert not list(tmp_path.iterdir())
