@@ -18,6 +18,9 @@ from lola_drake.theory.smooth import bump, quintic
 from lola_drake.theory.step_request import StepRequest
 
 KNOT_STEP = 0.01
+CORRECTIONS = 2
+"""Passes that bring the ZMP and the legs' angular momentum together."""
+
 SETTLING = 1.2
 """Time after the last step during which the CoM comes to rest (s): about four time constants."""
 
@@ -151,19 +154,19 @@ def _solve_horizon(
         start, velocity = request.com[:2], request.com_velocity[:2]
         return solve_com(KNOT_STEP, stiffness, zmp, shape, start, velocity)
 
-    # The legs' angular momentum depends on the CoM and the CoM on it: one correction settles it.
-    horizontal, _ = solve(zmp)
-    momentum = angular_momentum(
-        model.legs,
-        KNOT_STEP,
-        np.column_stack([horizontal.position, height.position]),
-        at.heading,
-        tuple(pose[:, :3] for pose in at.pose),
-        tuple(pose[:, 3] for pose in at.pose),
-    )
-    rate = np.gradient(momentum, KNOT_STEP, axis=0)
-    correction = np.column_stack([rate[:, 1], -rate[:, 0]]) / (model.legs.mass * lifting)[:, None]
-    horizontal, shift = solve(zmp + correction)
+    # The legs' angular momentum depends on the CoM and the CoM on it: each pass leaves a fifth.
+    horizontal, shift = solve(zmp)
+    for _ in range(CORRECTIONS):
+        momentum = angular_momentum(
+            model.legs,
+            KNOT_STEP,
+            np.column_stack([horizontal.position, height.position]),
+            at.heading,
+            tuple(pose[:, :3] for pose in at.pose),
+            tuple(pose[:, 3] for pose in at.pose),
+        )
+        rate = np.gradient(momentum, KNOT_STEP, axis=0) / (model.legs.mass * lifting)[:, None]
+        horizontal, shift = solve(zmp + np.column_stack([rate[:, 1], -rate[:, 0]]))
     com = KnotSpline(
         KNOT_STEP,
         np.column_stack([horizontal.position, height.position]),
