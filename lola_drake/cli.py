@@ -18,14 +18,11 @@ from rich.table import Table
 from rich.text import Text
 
 from lola_drake import cli_linear, cli_pictures, cli_studies
-from lola_drake.cli_common import Host, Json, errors_in_one_line
+from lola_drake.cli_common import INTERRUPTED, Host, Json, errors_in_one_line
 from lola_drake.paths import list_scenarios
 
 if TYPE_CHECKING:
     from lola_drake.results import Result
-
-INTERRUPTED = 130
-"""Exit code after Ctrl-C, as shells give it."""
 
 app = typer.Typer(
     help="Walk the humanoid LOLA in simulation, look into its controller, and analyse it.",

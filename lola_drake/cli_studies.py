@@ -4,13 +4,16 @@ import json
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
-from lola_drake.cli_common import Json, errors_in_one_line
+from lola_drake.cli_common import INTERRUPTED, Json, errors_in_one_line
+
+if TYPE_CHECKING:
+    from lola_drake.analysis.study import Study
 
 app = typer.Typer()
 
@@ -83,7 +86,7 @@ def reproduce(
     total = 2 * len(EXPERIMENTS) * max(samples, 1)
     with errors_in_one_line():
         study = Study(folder / "runs.jsonl")
-        with _progress("reproduction", total) as advance:
+        with _keeping(study), _progress("reproduction", total) as advance:
             outcomes = run_experiments(study, samples, jobs, advance)
         content = reproduction(outcomes)
         write_json(content, folder / "reproduction.json")
@@ -115,7 +118,7 @@ def tune(
     folder = output or Path("runs") / "tuning"
     with errors_in_one_line():
         study = Study(folder / "runs.jsonl")
-        with _progress("trials", budget) as advance:
+        with _keeping(study), _progress("trials", budget) as advance:
             trials = search(study, samples, budget, jobs, lambda trials: advance(len(trials)))
         content = record(trials, samples)
         write_json(content, folder / "tuning.json")
@@ -148,6 +151,16 @@ def bench(
         return
     Console().print(bench_table(content))
     print(f"written to {output}")
+
+
+@contextmanager
+def _keeping(study: "Study") -> Iterator[None]:
+    """Say after Ctrl-C that nothing is lost."""
+    try:
+        yield
+    except KeyboardInterrupt:
+        typer.echo(f"lola: stopped; what is done is kept in {study.file}, start again", err=True)
+        raise typer.Exit(INTERRUPTED) from None
 
 
 @contextmanager

@@ -116,6 +116,22 @@ def test_reproduce_prints_paper_against_simulation(lola):
     assert "falls: ref 2 of 2, dyn 0 of 2" in done.stdout
 
 
+def test_a_stopped_study_says_that_nothing_is_lost(lola, make_result, monkeypatch, tmp_path):
+    whole, done = sys.modules["lola_drake.simulation"].simulate, []
+
+    def simulate(scenario):
+        done.append(scenario)
+        return whole(scenario) if len(done) != 3 else make_result(scenario, completed=False)
+
+    monkeypatch.setattr(sys.modules["lola_drake.simulation"], "simulate", simulate)
+    stopped = lola("reproduce")
+    assert stopped.exit_code == 130
+    assert stopped.stderr.splitlines()[-1].startswith("lola: stopped; what is done is kept in runs")
+    assert not (tmp_path / "runs" / "reproduction" / "reproduction.json").exists()
+    assert lola("reproduce").exit_code == 0
+    assert len(done) == 3 + 6
+
+
 def test_tune_writes_its_record(lola, tmp_path):
     done = lola("tune", "--samples", "2", "--budget", "3")
     assert done.exit_code == 0, done.output

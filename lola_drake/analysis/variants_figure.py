@@ -60,7 +60,8 @@ def _draw(figure: Figure, results: Sequence[Result]) -> None:
     if 0 < len(standing) < len(results):
         for ax, *curves in zip(axes, *standing, strict=True):
             low, high = min(map(np.min, curves)), max(map(np.max, curves))
-            ax.set_ylim(low - 0.3 * (high - low), high + 0.3 * (high - low))
+            margin = 0.3 * (high - low) or 1.0
+            ax.set_ylim(low - margin, high + margin)
     figure.align_ylabels(axes)
 
 
