@@ -1,4 +1,4 @@
-"""The commands of `lola` that run many simulations: compare, reproduce, tune."""
+"""The commands of `lola` that run many simulations: compare, reproduce, tune, bench."""
 
 import json
 from collections.abc import Callable, Iterator
@@ -127,6 +127,30 @@ def tune(
         return
     Console().print(tuning_table(content))
     print(f"written to {folder}")
+
+
+@app.command()
+def bench(
+    repeats: Annotated[int, typer.Option(min=1, help="Strides that are measured.")] = 5,
+    output: Annotated[Path, typer.Option("--output", "-o", help="File of the result.")] = Path(
+        "bench.json"
+    ),
+    as_json: Json = False,
+) -> None:
+    """Measure how long a tick takes: closed loop, bare plant and every block, in turns."""
+    from lola_drake.analysis.bench import bench as measure
+    from lola_drake.analysis.study import write_json
+    from lola_drake.analysis.tables import bench_table
+
+    with errors_in_one_line():
+        with _progress("strides", repeats) as advance:
+            content = measure(repeats, advance)
+        write_json(content, output)
+    if as_json:
+        print(json.dumps(content, indent=2))
+        return
+    Console().print(bench_table(content))
+    print(f"written to {output}")
 
 
 @contextmanager
