@@ -38,7 +38,7 @@ _PAD_NAMES = ("pad_rear_left", "pad_rear_right", "pad_front_left", "pad_front_ri
 
 
 def add_plant(builder: DiagramBuilder, ground: Ground) -> tuple[MultibodyPlant, SceneGraph]:
-    """Add LOLA on its ground to a diagram; the plant is finalized."""
+    """Add LOLA on its ground to a diagram; the plant is not finalized yet."""
     config = MultibodyPlantConfig(
         time_step=PERIOD,
         contact_model="hydroelastic",

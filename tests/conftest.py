@@ -42,6 +42,41 @@ def make_result():
 
 
 @pytest.fixture(scope="session")
+def play_pattern():
+    """Return a function that plays a walking pattern alone, tick by tick.
+
+    It takes the steps (forward, left, turn) or None, the command by time, and parameters of the
+    pattern; it returns the signals by name, one row per tick.
+    """
+    from lola_drake.blocks.walking_pattern import WalkingPattern, WalkingPatternParams
+    from lola_drake.robot import Kinematics, leg_model
+
+    legs = leg_model(Kinematics())
+
+    def play(ticks, *, steps=None, command=lambda time: np.zeros(3), **params):
+        block = WalkingPattern(WalkingPatternParams(**params), legs, 0.001, steps=steps)
+        context = block.CreateDefaultContext()
+        block.GetInputPort("contact").FixValue(context, np.ones(8))
+        ports = [block.get_output_port(i) for i in range(block.num_output_ports())]
+        rows = {port.get_name(): np.empty((ticks, port.size())) for port in ports}
+        for k in range(ticks):
+            block.GetInputPort("walk_command").FixValue(context, command(context.get_time()))
+            for port in ports:
+                rows[port.get_name()][k] = port.Eval(context)
+            context.SetDiscreteState(block.EvalUniquePeriodicDiscreteUpdate(context))
+            context.SetTime(0.001 * (k + 1))
+        return rows
+
+    return play
+
+
+@pytest.fixture(scope="session")
+def straight_walk(play_pattern):
+    """Return the signals of a pattern that starts, takes five steps and stands again."""
+    return play_pattern(7500, steps=np.tile([0.3333, 0.0, 0.0], (5, 1)))
+
+
+@pytest.fixture(scope="session")
 def standing():
     """Return the equilibrium of the closed loop on both feet."""
     from lola_drake.analysis.linear.operating_points import situation

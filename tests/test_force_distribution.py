@@ -134,6 +134,15 @@ def test_what_the_soles_cannot_give_is_a_shift_of_the_load(side):
     assert total_about_com(situation, feet)[0] == pytest.approx(side * 80.0)
 
 
+@pytest.mark.parametrize("side", [-1.0, 1.0])
+def test_feet_behind_each_other_shift_the_load_for_a_torque_about_y(side):
+    modified, load = [0.0, 0.0, 588.0, 0.0, side * 80.0, 0.0], [0.5, 0.5]
+    situation = modified, load, [0.3, 0.0, -HEIGHT], [-0.3, 0.0, -HEIGHT]
+    feet = wrenches(situation)
+    assert feet[:, 1] == pytest.approx(np.full(2, side * MARGIN_X * 294.0))
+    assert total_about_com(situation, feet) == pytest.approx([0.0, side * 80.0, 588.0])
+
+
 class Feet:
     """The block, standing on both feet, which is stepped tick by tick."""
 

@@ -8,7 +8,7 @@ import pytest
 from linear_toys import PERIOD, AbstractState, Failing, Filter, Square, discrete, loop
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.systems.framework import DiagramBuilder
-from pydrake.systems.primitives import Integrator
+from pydrake.systems.primitives import Integrator, Linearize
 
 import lola_drake as lola
 from lola_drake.analysis.linear.cut_blocks import discrete_state, own_context, set_discrete_state
@@ -162,6 +162,56 @@ def test_with_servo_gains_autodiff_and_differences_agree_on_the_plant(standing):
     for first, last in itertools.pairwise(edges):
         found, by_differences = (j.matrix[:n, first:last] for j in (plant, other))
         assert np.abs(found - by_differences).max() <= 1e-5 * np.abs(found).max()
+
+
+ALGEBRAIC = (
+    "imu_stabilizer",
+    "force_distribution",
+    "force_control_l",
+    "force_control_r",
+    "com_dynamics_l",
+    "com_dynamics_r",
+)
+
+
+@pytest.mark.parametrize("at", ["standing", "on_left"])
+def test_autodiff_and_differences_agree_on_every_algebraic_block(at, request):
+    point = request.getfixturevalue(at)
+    exact, differences = (
+        linear_blocks(point.diagram, point.context, [], [], autodiff=autodiff)
+        for autodiff in (True, False)
+    )
+    found = set()
+    for jacobian, other in zip(exact.jacobians, differences.jacobians, strict=True):
+        name = jacobian.group[0].split(".")[-1]
+        if name in ALGEBRAIC:
+            found.add(name)
+            assert (jacobian.method, other.method) == ("AutoDiff", "differences")
+            scale = max(1.0, np.abs(jacobian.matrix).max())
+            np.testing.assert_allclose(jacobian.matrix / scale, other.matrix / scale, atol=1e-6)
+    assert found == set(ALGEBRAIC)
+
+
+@pytest.mark.parametrize("name", ["imu_stabilizer", "com_dynamics_l"])
+def test_drakes_own_linearize_takes_an_algebraic_block(on_left, name):
+    block = on_left.diagram.GetSubsystemByName("controller").GetSubsystemByName(name)
+    context = block.CreateDefaultContext()
+    inside = block.GetMyContextFromRoot(on_left.context)
+    for i in range(block.num_input_ports()):
+        port = block.get_input_port(i)
+        port.FixValue(context, port.Eval(inside))
+    signal = {"imu_stabilizer": "torso_orientation", "com_dynamics_l": "desired_wrench"}[name]
+    drakes = Linearize(
+        block,
+        context,
+        block.GetInputPort(signal).get_index(),
+        block.get_output_port(0).get_index(),
+        equilibrium_check_tolerance=1e3,
+    )
+    ours = lola.linearize(block, signal, block.get_output_port(0).get_name(), context)
+    np.testing.assert_allclose(ours.A, drakes.A(), atol=1e-12)
+    np.testing.assert_allclose(ours.B, drakes.B(), atol=1e-12)
+    np.testing.assert_allclose(ours.D, drakes.D(), atol=1e-12)
 
 
 def test_the_full_loop_has_hundreds_of_states(standing):

@@ -14,6 +14,7 @@ from lola_drake.robot import Kinematics, leg_model
 from lola_drake.signals import GAIT_PHASE, IDEAL_WRENCH, PERIOD, PLANNED_MOTION, TASK_REFERENCE
 from lola_drake.theory.constants import GRAVITY
 from lola_drake.theory.gait import LEFT, RIGHT
+from lola_drake.theory.leg_masses import angular_momentum
 from lola_drake.theory.step_plan import PatternModel, plan_step
 from lola_drake.theory.step_request import HORIZON
 
@@ -159,6 +160,35 @@ def test_ideal_torque_is_that_of_the_force_in_the_zmp(plans):
         torque = plan.ideal_wrench[:, IDEAL_WRENCH.slice("T")]
         assert torque[:, :2] == pytest.approx(expected[:, :2], abs=1e-9)
         assert not torque[:, 2].any()
+
+
+def test_ideal_torque_is_what_the_swinging_legs_need(walks, model):
+    # The plan corrects the CoM for the legs only once: up to half of the peak is left over.
+    rows = slice(None, None, 10)
+    for _, plan in walks["straight"]:
+        momentum = angular_momentum(
+            model.legs,
+            10 * PERIOD,
+            planned(plan, "com")[rows],
+            planned(plan, "heading")[rows, 0],
+            tuple(planned(plan, name)[rows, :3] for name in ("foot_l", "foot_r")),
+            tuple(planned(plan, name)[rows, 3] for name in ("foot_l", "foot_r")),
+        )
+        rate = np.gradient(momentum, 10 * PERIOD, axis=0)[2:-2, :2]
+        torque = plan.ideal_wrench[rows, IDEAL_WRENCH.slice("T", 2)][2:-2]
+        assert np.abs(torque - rate).max() < 0.55 * np.abs(rate).max()
+
+
+@pytest.mark.parametrize("name", WALKS)
+def test_zmp_is_inward_and_behind_the_tcp_of_the_stance_foot(walks, name):
+    for request, plan in walks[name]:
+        stance = 1 - request.swing
+        row = round((plan.lift_off + plan.duration) / 2 / PERIOD)
+        foot = planned(plan, ("foot_l", "foot_r")[stance])[row]
+        side = 1 if stance == RIGHT else -1
+        lever = np.r_[planned(plan, "zmp")[row] - foot[:2], 0.0][None]
+        expected = [PARAMS.zmp_forward, side * PARAMS.zmp_inward]
+        assert unturn(foot[3], lever)[0, :2] == pytest.approx(expected, abs=1e-9)
 
 
 def test_ideal_force_is_the_weight_when_standing(model):

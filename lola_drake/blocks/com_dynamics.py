@@ -18,8 +18,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from pydrake.systems.framework import BasicVector, LeafSystem
 
+from lola_drake.blocks.scalars import AlgebraicSystem, convertible
 from lola_drake.parameters import parameter, validate
 from lola_drake.signals import (
     COM_DYNAMICS_RATE,
@@ -68,7 +68,7 @@ def single_support(contact: Sequence[float], foot: int) -> bool:
         contact: the switches of the left and then the right foot, 0 or 1, shape (8,).
         foot: 0 for left, 1 for right.
     """
-    closed = (any(contact[:4]), any(contact[4:]))
+    closed = (sum(contact[:4]) > 0, sum(contact[4:]) > 0)
     return closed[foot] and not closed[1 - foot]
 
 
@@ -93,7 +93,8 @@ def limited_step(
     return min(max(rate + change, -limit), limit)
 
 
-class ComDynamics(LeafSystem):
+@convertible
+class ComDynamics(AlgebraicSystem):
     """Integrates the force error of the stance foot into a motion of that foot.
 
     The state is Delta w_a,f' (rates of sin gamma_x, sin gamma_y and z). The numeric parameter 0
@@ -135,7 +136,7 @@ class ComDynamics(LeafSystem):
         self._modification_limits = modification_limits.tolist()
         self._r = TASK_REFERENCE.slice(f"w_{foot}", 2)
         self._desired_wrench = DESIRED_WRENCH.slice(f"wrench_{foot}")
-        self._gains = self.DeclareNumericParameter(BasicVector([params.gain, params.decay_gain]))
+        self._gains = self.DeclareNumericParameter(self.Vector([params.gain, params.decay_gain]))
         state = self.DeclareDiscreteState(COM_DYNAMICS_RATE.size)
         self._desired = self.DeclareVectorInputPort("desired_wrench", DESIRED_WRENCH.size)
         self._actual = self.DeclareVectorInputPort("contact_wrench", CONTACT_WRENCH.size)
@@ -149,7 +150,7 @@ class ComDynamics(LeafSystem):
 
     def _update(self, context, state):
         rate = self._rate.Eval(context).tolist()
-        gain, decay_gain = context.get_numeric_parameter(self._gains).value().tolist()
+        gain, decay_gain = context.get_numeric_parameter(self._gains).CopyToVector().tolist()
         if single_support(self._contact.Eval(context).tolist(), self._foot):
             r_x, r_y = self._reference.Eval(context)[self._r].tolist()
             error = self._desired.Eval(context)[self._desired_wrench] - self._actual.Eval(context)

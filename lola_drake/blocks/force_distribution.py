@@ -15,8 +15,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from math import exp
 
-from pydrake.systems.framework import LeafSystem
-
+from lola_drake.blocks.scalars import AlgebraicSystem, convertible
 from lola_drake.parameters import parameter, validate
 from lola_drake.signals import DESIRED_WRENCH, FEET, GAIT_PHASE, MODIFIED_WRENCH, TASK_REFERENCE
 
@@ -95,7 +94,8 @@ def distribute(
     return wrench
 
 
-class ForceDistribution(LeafSystem):
+@convertible
+class ForceDistribution(AlgebraicSystem):
     """Gives each foot its desired wrench and that wrench's rate.
 
     The rates are those of what the stabiliser adds to the plan, and of the feet's torques. The
@@ -148,7 +148,7 @@ class ForceDistribution(LeafSystem):
         unplanned = wrench.copy()
         unplanned[2] -= load[0] * modified[2]
         unplanned[5] -= load[1] * modified[2]
-        filtered = context.get_discrete_state_vector().value().tolist()
+        filtered = context.get_discrete_state_vector().CopyToVector().tolist()
         rate = [
             (wrench - filtered) / self._params.rate_filter
             for wrench, filtered in zip(unplanned, filtered, strict=True)
@@ -157,5 +157,5 @@ class ForceDistribution(LeafSystem):
 
     def _update(self, context, state):
         rate = self._output.Eval(context)[6:]
-        filtered = context.get_discrete_state_vector().value()
+        filtered = context.get_discrete_state_vector().CopyToVector()
         state.set_value(filtered + self._gain * rate)

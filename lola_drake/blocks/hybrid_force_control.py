@@ -19,11 +19,11 @@ The model's stiffness is an estimate: LOLA's is not published.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from math import cos, sin
 
 import numpy as np
-from pydrake.systems.framework import BasicVector, LeafSystem
+from pydrake.math import cos, sin
 
+from lola_drake.blocks.scalars import AlgebraicSystem, convertible
 from lola_drake.parameters import parameter, validate
 from lola_drake.signals import (
     COM_DYNAMICS_RATE,
@@ -167,7 +167,8 @@ def limited_rate(
     return max(min(rate, (limit - deviation) / period), (-limit - deviation) / period)
 
 
-class HybridForceControl(LeafSystem):
+@convertible
+class HybridForceControl(AlgebraicSystem):
     """Turns one foot's force error into a modification of its trajectory.
 
     The state is Delta w, the modification of sin gamma_x, sin gamma_y and z. The numeric
@@ -221,7 +222,7 @@ class HybridForceControl(LeafSystem):
         self._measured_wrench = slice(first, first + 6)
 
         self._gains = self.DeclareNumericParameter(
-            BasicVector([params.time_constant, params.position_gain])
+            self.Vector([params.time_constant, params.position_gain])
         )
         state = self.DeclareDiscreteState(TASK_MODIFICATION.size)
         self._reference = self.DeclareVectorInputPort("task_reference", TASK_REFERENCE.size)
@@ -261,7 +262,9 @@ class HybridForceControl(LeafSystem):
         reference = self._reference.Eval(context)
         desired = self._desired.Eval(context)
         contact = self._contact.Eval(context)
-        time_constant, position_gain = context.get_numeric_parameter(self._gains).value().tolist()
+        time_constant, position_gain = (
+            context.get_numeric_parameter(self._gains).CopyToVector().tolist()
+        )
         force_rate = force_control_rate(
             self._inverse,
             desired[self._desired_wrench] - contact,

@@ -16,8 +16,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from pydrake.systems.framework import BasicVector, LeafSystem
 
+from lola_drake.blocks.scalars import AlgebraicSystem, convertible
 from lola_drake.parameters import parameter, validate
 from lola_drake.signals import (
     GAIT_PHASE,
@@ -85,7 +85,8 @@ def stabilize(
     )
 
 
-class ImuStabilizer(LeafSystem):
+@convertible
+class ImuStabilizer(AlgebraicSystem):
     """Adds the torque that brings the torso back upright, and the force that holds its height.
 
     The four gains are the numeric parameter 0, in the order of `ImuStabilizerParams`.
@@ -107,7 +108,7 @@ class ImuStabilizer(LeafSystem):
         """Create the block; it has no state."""
         super().__init__()
         self._gains = self.DeclareNumericParameter(
-            BasicVector(
+            self.Vector(
                 [params.stiffness, params.damping, params.torque_limit, params.height_stiffness]
             )
         )
@@ -135,6 +136,6 @@ class ImuStabilizer(LeafSystem):
                 self._ideal.Eval(context).tolist(),
                 self._orientation.Eval(context).tolist(),
                 load_left * left + load_right * right,
-                *context.get_numeric_parameter(self._gains).value().tolist(),
+                *context.get_numeric_parameter(self._gains).CopyToVector().tolist(),
             )
         )

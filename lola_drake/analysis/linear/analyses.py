@@ -139,10 +139,10 @@ def root_locus(bench: Bench, how: Recipe) -> Locus:
 
 
 def step_response(
-    model: control.StateSpace, k: int, height: float
+    model: control.StateSpace, k: int, height: float, duration: float = SHOWN_STEP
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return times and all outputs after a step at input k, shapes (n,) and (n, outputs)."""
-    count = round(SHOWN_STEP / model.dt)
+    count = round(duration / model.dt)
     x, rows = np.zeros(model.nstates), []
     for _ in range(count):
         rows.append(model.C @ x + model.D[:, k] * height)

@@ -63,10 +63,22 @@ class Bench:
 
 
 def make_bench(
-    scenario: Scenario, at: str, inputs: Iterable[str] = (), outputs: Iterable[str] = ()
+    scenario: Scenario,
+    at: str,
+    inputs: Iterable[str] = (),
+    outputs: Iterable[str] = (),
+    point: Situation | None = None,
 ) -> Bench:
-    """Find the operating point of a scenario and linearise all its blocks there."""
-    point = situation(scenario, at)
+    """Linearise all blocks of a scenario at an operating point.
+
+    Args:
+        scenario: its parameters.
+        at: the operating point, as in `operating_points.situation`.
+        inputs: names of signals to which something will be added.
+        outputs: names of signals that will be read.
+        point: the operating point itself, if it has been found already.
+    """
+    point = point or situation(scenario, at)
     wiring = Wiring(point.diagram)
     inputs, outputs = tuple(inputs), tuple(outputs)
     added, read = ([wiring.select(name) for name in names] for names in (inputs, outputs))

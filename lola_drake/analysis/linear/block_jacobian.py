@@ -95,12 +95,14 @@ def block_jacobian(
         outputs: which of their outputs to read.
         autodiff: whether AutoDiff may be used where it is valid.
     """
+    group = list(group)
     for path in group:
         cut.check(path)
     group = _Group(
         {path: cut.instances[path] for path in group},
         {target: cut.inputs[target] for target in inputs},
         list(outputs),
+        {target: value for target, value in cut.inputs.items() if target.block in group},
     )
     names = ", ".join(path for path in group.blocks)
     with drake_errors(f"{names} cannot be evaluated"):
@@ -125,8 +127,9 @@ class _Group:
         blocks: dict[str, Instance],
         inputs: dict[Target, np.ndarray],
         outputs: list[Source],
+        fixed: dict[Target, np.ndarray],
     ):
-        self.blocks, self.inputs, self.outputs = blocks, inputs, outputs
+        self.blocks, self.inputs, self.outputs, self.fixed = blocks, inputs, outputs, fixed
         self.states = {path: discrete_state(block.context) for path, block in blocks.items()}
         self.tangents = {
             path: tangent_of(blocks[path].system, state.size)
@@ -232,6 +235,10 @@ def _by_differences(group: _Group) -> np.ndarray:
 
 
 def _by_autodiff(group: _Group, converted: dict[str, Instance]) -> np.ndarray:
+    for target, value in group.fixed.items():
+        constant = InitializeAutoDiff(value[:, None], np.zeros((value.size, 0)))[:, 0]
+        block = converted[target.block]
+        fix_port(block.system.get_input_port(target.index), block.context, constant)
     slots = group.slots(converted)
     total = sum(slot.directions.shape[1] for slot in slots)
     first = 0

@@ -1,0 +1,95 @@
+"""Stability over parameters, the flexible torso, and what a bench recomputes."""
+
+import numpy as np
+import pytest
+
+import lola_drake as lola
+from lola_drake.analysis.linear.bench import make_bench
+from lola_drake.analysis.linear.errors import AnalysisError
+from lola_drake.analysis.linear.flexible_torso import FlexibleTorso, with_torso
+from lola_drake.analysis.linear.poles import spectral_radius
+from lola_drake.analysis.linear.stability_map import (
+    DELTA,
+    GAIN,
+    Axis,
+    MapKind,
+    StabilityMap,
+    growth_rate,
+    map_kind,
+    stability_map,
+)
+from lola_drake.analysis.linear.study_figures import map_figure
+
+IMU = ("torso_orientation",)
+
+
+@pytest.fixture(scope="module")
+def bench(standing):
+    return make_bench(lola.load_scenario("stand"), "stand", IMU, IMU, standing)
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {DELTA: 0.03, "control.stabilizer.damping": 100.0},
+        {"sensors.imu.delay_ticks": 6, "control.servos.delay_ticks": 4},
+    ],
+)
+def test_turning_a_parameter_is_the_same_as_building_with_it(bench, changes):
+    """Only the blocks the parameter belongs to are linearised again, at the same point."""
+    varied = bench.varied(changes)
+    anew = make_bench(lola.load_scenario("stand", changes), "stand", IMU, IMU)
+    z = [np.sort(np.abs(np.linalg.eigvals(with_torso(b, None)))) for b in (varied, anew)]
+    np.testing.assert_allclose(z[0][-60:], z[1][-60:], atol=2e-4)
+
+
+def test_a_parameter_that_moves_the_equilibrium_finds_it_again(bench):
+    soft = bench.varied({"ground.stiffness": 1.5e5})
+    assert soft.situation is not bench.situation
+    assert soft.situation.residual < 1e-6
+
+
+def test_a_stiff_torso_is_a_rigid_one(bench):
+    rigid, stiff = (
+        spectral_radius(with_torso(bench, torso)) for torso in (None, FlexibleTorso(300.0, 0.7))
+    )
+    assert stiff == pytest.approx(rigid, abs=1e-6)
+    unseen = spectral_radius(with_torso(bench, FlexibleTorso(12.0, 0.05, share=0.0)))
+    assert unseen == pytest.approx(rigid, abs=1e-9)
+
+
+def test_a_torso_that_swings_can_make_standing_unstable(bench):
+    """As on the robot (V.B): the mode reaches the IMU and the loop closes around it."""
+    assert growth_rate(bench) < 0
+    assert growth_rate(bench, FlexibleTorso(12.0, 0.05)) > 0
+
+
+def test_a_map_says_where_it_is_stable():
+    kind = MapKind(
+        "delta and g_a",
+        Axis(DELTA, (0.004, 0.03), "delta (ms)", 1e3),
+        Axis(GAIN, (0.0, 1.0), "g_a"),
+        "stand",
+    )
+    result = stability_map(kind, lola.load_scenario("stand"), jobs=1)
+    assert (result.growth[:, 0] > 0).all()
+    assert (result.growth[:, 1] < 0).all()
+    assert (result.disk[:, 0] == 0).all()
+    assert (result.disk[:, 1] > 0.2).all()
+    assert "30 to 30" in result.as_text()
+    assert result.as_numbers()["growth_per_s"][0][0] > 0
+
+
+def test_a_map_has_a_picture():
+    kind = map_kind("gains")
+    shape = (len(kind.y.values), len(kind.x.values))
+    growth = np.linspace(50.0, -1.0, shape[1]) * np.ones(shape)
+    figure = map_figure(
+        StabilityMap(kind, "left", lola.load_scenario("stand"), None, growth, 0.5 * np.ones(shape))
+    )
+    assert len(figure.axes) == 4
+
+
+def test_a_map_that_does_not_exist_is_one_clear_error():
+    with pytest.raises(AnalysisError, match="no map 'gain', did you mean gains?"):
+        map_kind("gain")
