@@ -63,7 +63,7 @@ def _falls(experiment: Mapping) -> str:
 
 def tuning_table(content: Mapping) -> Table:
     """Return the record of a search for gains as a table: where it began, and what it chose."""
-    table = Table(title=f"{content['variant']} in {len(content['seeds'])} worlds")
+    table = Table(title=f"gains of {content['variant']}, worlds: {len(content['seeds'])}")
     table.add_column("")
     for name in ("start", "chosen"):
         table.add_column(name, justify="right")
