@@ -177,6 +177,8 @@ def simulate(
             fell = has_fallen(plant.GetPositions(plant_context))
             if progress is not None:
                 progress(context.get_time())
+        # The log's sample of the last moment, which AdvanceTo leaves to what comes after it.
+        simulator.AdvancePendingEvents()
     return _result(scenario, diagram, context, fell, time.perf_counter() - started)
 
 
@@ -212,7 +214,7 @@ def _result(scenario, diagram, context, fell: bool, wall_time: float) -> Result:
         scenario=scenario,
         times=times,
         signals=signals,
-        completed=not fell and times[-1] >= scenario.duration - 1.5 * PERIOD,
+        completed=not fell and times[-1] >= scenario.duration - 0.5 * PERIOD,
         fall_time=float(times[-1]) if fell else None,
         wall_time=wall_time,
     )

@@ -168,9 +168,16 @@ def test_rate_leaves_its_limit_without_delay(change, ticks_at_limit, side):
     assert back == pytest.approx(side * (0.4 - change), abs=1e-12)
 
 
-@given(st.floats(-0.4, 0.4), st.floats(1e-6, 1), st.sampled_from([-1.0, 1.0]))
+@given(st.floats(0, 0.4), st.floats(1e-6, 1), st.sampled_from([-1.0, 1.0]))
 def test_integration_stops_at_the_limit_of_the_modification(rate, change, side):
-    assert limited_step(rate, side * change, 0.4, side * 0.08, 0.08) == rate
+    assert limited_step(side * rate, side * change, 0.4, side * 0.08, 0.08) == side * rate
+
+
+@given(st.floats(0.1, 0.4), st.floats(1e-6, 0.1), st.sampled_from([-1.0, 1.0]))
+def test_rate_decays_whatever_limit_the_modification_is_at(rate, change, side):
+    for limit in (-0.08, 0.08):
+        decayed = limited_step(side * rate, -side * change, 0.4, limit, 0.08)
+        assert decayed == side * rate - side * change
 
 
 @given(st.floats(-0.1, 0.1), st.floats(1e-6, 0.2), st.sampled_from([-1.0, 1.0]))

@@ -77,8 +77,8 @@ def limited_step(
 ) -> float:
     """Return one direction of the integrator's next state.
 
-    It is clamped, and stands still where the modification is at the limit it would drive it to:
-    there the integrator's output has no effect (anti-windup).
+    It is clamped, and does not grow where it drives the modification beyond its limit: there the
+    integrator's output has no effect (anti-windup).
 
     Args:
         rate: the present state, an entry of Delta w_a,f'.
@@ -88,7 +88,7 @@ def limited_step(
         modification_limit: its greatest magnitude.
     """
     at_limit = abs(modification) >= modification_limit * (1 - 1e-9)
-    if at_limit and change * modification > 0:
+    if at_limit and change * modification > 0 and rate * modification >= 0:
         return rate
     return min(max(rate + change, -limit), limit)
 
