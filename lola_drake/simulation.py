@@ -173,7 +173,8 @@ def simulate(
             step = chunk if attend is None else attend(diagram, context)
             if step is None or now >= scenario.duration - 0.5 * PERIOD:
                 break
-            simulator.AdvanceTo(min(now + step, scenario.duration))
+            # On a tick exactly: sums of steps would miss its events by a rounding error.
+            simulator.AdvanceTo(round(min(now + step, scenario.duration) / PERIOD) * PERIOD)
             fell = has_fallen(plant.GetPositions(plant_context))
             if progress is not None:
                 progress(context.get_time())
