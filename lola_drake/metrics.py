@@ -7,7 +7,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.signal import savgol_filter
 
 from lola_drake.logged import COM_POSITION, TORSO_POSE
 from lola_drake.signals import (
@@ -186,6 +185,8 @@ def vertical_acceleration(times: np.ndarray, height: np.ndarray) -> np.ndarray:
     """Return the second derivative of a height (m/s^2), smoothed over `SMOOTHING` samples."""
     if len(times) < SMOOTHING:
         return np.zeros(len(times))
+    from scipy.signal import savgol_filter  # slow to import, and not needed to simulate
+
     period = (times[-1] - times[0]) / (len(times) - 1)
     return savgol_filter(height, SMOOTHING, polyorder=2, deriv=2, delta=period)
 
