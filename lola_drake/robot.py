@@ -30,12 +30,6 @@ Rows = Sequence[Sequence[float]]
 """A matrix, row by row: an array, or plain numbers where speed matters."""
 
 JOINT_INDEX = {name: i for i, name in enumerate(JOINTS)}
-MIRRORED_JOINTS = tuple(
-    JOINT_INDEX[name[:-1] + {"r": "l", "l": "r"}[name[-1]]]
-    if len(name) == 4 and name[-1] in "rl"
-    else JOINT_INDEX[name]
-    for name in JOINTS
-)
 
 
 def add_lola(plant: MultibodyPlant) -> ModelInstanceIndex:

@@ -2,10 +2,11 @@
 
 import numpy as np
 import pytest
+from mirror import MIRRORED_JOINTS, mirror_signs
 from pydrake.systems.analysis import Simulator
 
 from lola_drake.controller import WalkingController
-from lola_drake.robot import MIRRORED_JOINTS, Kinematics
+from lola_drake.robot import Kinematics
 from lola_drake.scenario import load_scenario
 from lola_drake.signals import JOINTS, PERIOD
 from lola_drake.simulation import build_simulation
@@ -20,14 +21,9 @@ MIRRORED_PADS = [5, 4, 7, 6, 1, 0, 3, 2]
 
 @pytest.fixture(scope="module")
 def mirror_joints():
-    """Return the matrix that takes joint angles to those of the robot in the mirror.
-
-    The mirror turns a rotation about (x, y, z) into one about (-x, y, -z).
-    """
-    plant, pairs = Kinematics().plant, list(MIRRORED_JOINTS)
-    axes = np.array([plant.GetJointByName(name).revolute_axis() for name in JOINTS])
-    signs = (axes * [-1, 1, -1] * axes[pairs]).sum(axis=1)
-    return (np.eye(len(JOINTS)) * signs)[pairs]
+    """Return the matrix that takes joint angles to those of the robot in the mirror."""
+    signs = mirror_signs(Kinematics().plant)
+    return (np.eye(len(JOINTS)) * signs)[MIRRORED_JOINTS]
 
 
 def sensor_signals(time):

@@ -4,10 +4,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from mirror import MIRRORED_JOINTS
 
 from lola_drake.blocks.joint_servos import JointServosParams
 from lola_drake.controller import WalkingController
-from lola_drake.robot import MIRRORED_JOINTS
 from lola_drake.scenario import Scenario
 from lola_drake.signals import JOINTS, PERIOD
 

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from mirror import MIRRORED_JOINTS, mirror_signs
 from pydrake.multibody.plant import MultibodyPlant
 from scipy.spatial.transform import Rotation
 
@@ -9,7 +10,6 @@ from lola_drake.paths import models_dir
 from lola_drake.robot import (
     FOOT_TASK,
     JOINT_INDEX,
-    MIRRORED_JOINTS,
     PADS,
     Kinematics,
     add_lola,
@@ -104,7 +104,7 @@ def test_walking_posture_keeps_the_limits(kinematics):
 
 
 def test_left_and_right_drives_are_equally_strong(kinematics):
-    mirror = list(MIRRORED_JOINTS)
+    mirror = MIRRORED_JOINTS
     assert np.array_equal(kinematics.effort_limits, kinematics.effort_limits[mirror])
     assert np.array_equal(kinematics.velocity_limits, kinematics.velocity_limits[mirror])
 
@@ -247,19 +247,13 @@ def test_left_and_right_are_mirrored_and_the_middle_is_kept():
     assert [name for name, other in names.items() if name == other] == ["tbr", "tba", "tvp", "tvt"]
 
 
-def mirror_signs(plant):
-    """Return what mirroring does to each joint's angle: axes are mirrored as pseudovectors."""
-    axes = np.array([plant.GetJointByName(name).revolute_axis() for name in JOINTS])
-    return np.sum(axes * [-1.0, 1.0, -1.0] * axes[list(MIRRORED_JOINTS)], axis=1)
-
-
 def test_mirrored_joints_have_mirrored_axes(plant):
     assert np.abs(mirror_signs(plant)) == pytest.approx(1.0)
 
 
 @POSTURES
 def test_mirrored_posture_has_mirrored_feet(kinematics, plant, q):
-    mirrored = (mirror_signs(plant) * q)[list(MIRRORED_JOINTS)]
+    mirrored = (mirror_signs(plant) * q)[MIRRORED_JOINTS]
     left, right = np.split(w_at(kinematics, q), 2)
     expected = np.r_[right * TASK_MIRROR, left * TASK_MIRROR]
     assert w_at(kinematics, mirrored) == pytest.approx(expected, abs=1e-12)
