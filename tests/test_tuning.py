@@ -13,7 +13,7 @@ from lola_drake.scenario import Scenario, override
 
 def valley(values):
     """Return a score that is least at a = 1.3, b = -2."""
-    return Score(0, (values["a"] - 1.3) ** 2 + 0.5 * (values["b"] + 2.0) ** 2)
+    return Score(0, 0, (values["a"] - 1.3) ** 2 + 0.5 * (values["b"] + 2.0) ** 2)
 
 
 STEPS = {"a": 0.8, "b": 0.8}
@@ -42,14 +42,29 @@ def test_search_stays_among_the_allowed_values():
     assert 0.8 <= best(trials).values["a"] <= 1.0
 
 
-def test_falls_count_first():
-    up = {"fell": False, "max_inclination_deg": {"x": 3.0, "y": 4.0}}
-    calm = {"fell": False, "max_inclination_deg": {"x": 0.0, "y": 1.0}}
-    fallen = {"fell": True, "max_inclination_deg": {"x": 45.0, "y": 0.0}}
-    assert score([up, calm]) == Score(0, 3.0)
-    assert score([fallen, calm]) == Score(1, 1.0)
+def summary(scenario="step_down", fell=False, x=0.0, y=0.0, torque=0):
+    """Return what the score looks at in the summary of a run."""
+    return {
+        "scenario": scenario,
+        "fell": fell,
+        "max_inclination_deg": {"x": x, "y": y},
+        "steps_beyond_limits": {"joint_torque": torque, "friction": 0},
+    }
+
+
+def test_falls_count_first_and_then_overloads():
+    up, calm, fallen = summary(x=3.0, y=4.0), summary(y=1.0), summary(fell=True, x=45.0)
+    assert score([up, calm]) == Score(0, 0, 3.0)
+    assert score([fallen, calm]) == Score(1, 0, 1.0)
     assert score([up, up]) < score([fallen, calm])
-    assert score([fallen, fallen]) == Score(2, math.inf)
+    assert score([fallen, fallen]) == Score(2, 0, math.inf)
+    assert score([up, up, summary(tuning.CALM)]) < score(
+        [calm, calm, summary(tuning.CALM, torque=1)]
+    )
+
+
+def test_limits_count_on_flat_ground_and_inclination_elsewhere():
+    assert score([summary(y=2.0, torque=50), summary(tuning.CALM, y=9.0)]) == Score(0, 0, 2.0)
 
 
 def test_the_gains_are_numbers_of_the_scenario_and_none_is_the_papers():
@@ -61,7 +76,7 @@ def test_the_gains_are_numbers_of_the_scenario_and_none_is_the_papers():
 
 def test_only_ref_decides_and_not_in_the_worlds_of_the_reproduction():
     runs = tuning.tuning_scenarios({"pattern.zmp_inward": 0.04}, samples=3)
-    assert len(runs) == 3 * len(tuning.SCENARIOS)
+    assert len(runs) == 3 * (len(tuning.SCENARIOS) + 1)
     assert {run.variant for run in runs} == {"ref"}
     assert {run.pattern.zmp_inward for run in runs} == {0.04}
     measured = {run.seed for e in EXPERIMENTS for k in range(100) for run in e.scenarios(k)}
@@ -72,9 +87,10 @@ def test_the_record_holds_every_trial():
     class Made:
         """Stands for a study: its runs incline by the damping's distance from 400."""
 
-        def run(self, scenarios, jobs):
+        @staticmethod
+        def run(scenarios, jobs):
             distance = abs(scenarios[0].control.stabilizer.damping - 400.0) / 100.0
-            return [{"fell": False, "max_inclination_deg": {"x": 0.0, "y": distance}}]
+            return [summary(y=distance)]
 
     told = []
     trials = tuning.tune(

@@ -72,7 +72,7 @@ def tuning_table(content: Mapping) -> Table:
         values = (number(trial["values"][key]) for trial in (start, chosen))
         table.add_row(f"{key} ({unit})", *values)
     table.add_section()
-    for name in ("falls", "inclination_deg"):
+    for name in ("falls", "overloaded", "inclination_deg"):
         table.add_row(name, *(number(trial[name]) for trial in (start, chosen)))
     return table
 
