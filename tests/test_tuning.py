@@ -94,11 +94,11 @@ def test_the_record_holds_every_trial():
 
     told = []
     trials = tuning.tune(
-        Made(), samples=2, budget=12, progress=lambda trials: told.append(len(trials))
+        Made(), samples=2, budget=24, progress=lambda trials: told.append(len(trials))
     )
     content = json.loads(json.dumps(tuning.record(trials, samples=2)))
-    assert told == list(range(1, 13))
-    assert len(trials) == len(content["trials"]) == 12
+    assert told == list(range(1, 25))
+    assert len(trials) == len(content["trials"]) == 24
     assert content["seeds"] == [1000, 1001]
     assert content["start"]["values"]["control.stabilizer.damping"] == 300.0
     assert content["chosen"]["values"]["control.stabilizer.damping"] == 380.0
