@@ -16,7 +16,7 @@ from lola_drake.analysis.linear.gait_section import (
     typical,
 )
 from lola_drake.analysis.linear.operating_points import quiet
-from lola_drake.analysis.linear.poincare import StrideMap, fly, forget
+from lola_drake.analysis.linear.poincare import TRIED, StrideMap, converged_step, fly, forget
 from lola_drake.analysis.linear.study_figures import multipliers_figure
 
 
@@ -50,6 +50,13 @@ def test_what_is_forgotten_and_what_is_flown_make_the_whole_stride(short, monkey
     whole = fly(short, step * directions, jobs=1) / step
     parts = fly(later, step * (lasting @ forgetting @ directions.T).T, jobs=1) / step
     np.testing.assert_allclose(parts, whole, atol=2e-3 * np.abs(whole).max())
+
+
+def test_the_step_is_the_one_at_which_the_differences_change_least(short, standing):
+    n = len(moving_coordinates(standing.diagram, standing.context).names)
+    step, changes = converged_step(short, np.eye(n)[:, -20:], jobs=1)
+    assert set(changes) == set(TRIED[:-1])
+    assert changes[step] == min(changes.values()) < 0.05
 
 
 def test_multipliers_are_the_eigenvalues_and_know_place_and_heading():

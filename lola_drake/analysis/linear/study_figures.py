@@ -2,17 +2,26 @@
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.colors import TwoSlopeNorm
+from matplotlib.colors import BoundaryNorm
 from matplotlib.figure import Figure
 
 from lola_drake.analysis.figure_style import add_title
+from lola_drake.analysis.linear.flexible_torso import FlexibleTorso
 from lola_drake.analysis.linear.frequency import Response
 from lola_drake.analysis.linear.look import COLOURS, FAINT, INK, LIMIT, in_look
 from lola_drake.analysis.linear.poincare import StrideMap
-from lola_drake.analysis.linear.stability_map import DELTA, GAIN, SETTINGS, StabilityMap
+from lola_drake.analysis.linear.stability_map import (
+    DELTA,
+    GAIN,
+    SETTINGS,
+    StabilityMap,
+    finer,
+)
 
-GROWTHS = (-1.0, -0.5, -0.2, -0.1, 0.0, 5.0, 20.0, 50.0, 100.0, 200.0, 400.0)
-"""Levels of the growth rate (1/s)."""
+GROWTHS = (-1.0, -0.5, -0.2, -0.1, 0.0, 1.0, 5.0, 20.0, 100.0)
+"""Levels of the growth rate (1/s): what is slow matters where it is stable."""
+
+UNSTABLE = "#d8dbe0"
 
 LARGEST = 6
 """How many multipliers are named."""
@@ -22,37 +31,62 @@ LARGEST = 6
 def map_figure(result: StabilityMap) -> Figure:
     """Return the picture of a stability map: growth rate, and disk margin."""
     figure = Figure(figsize=(10.0, 4.4), layout="constrained")
-    torso = f", torso mode {result.torso.frequency:g} Hz" if result.torso else ""
-    add_title(figure, f"{result.kind.doc} ({result.at}{torso})")
+    add_title(figure, f"{result.kind.doc} ({result.at}{_described(result.torso)})")
     left, right = figure.subplots(1, 2)
-    x, y = (np.array(a.values) * a.factor for a in (result.kind.x, result.kind.y))
-    norm = TwoSlopeNorm(0.0, -1.0, GROWTHS[-1])
-    filled = left.contourf(x, y, result.growth, GROWTHS, cmap="RdBu_r", norm=norm, extend="both")
-    figure.colorbar(filled, ax=left, label="growth rate (1/s), below 0 stable", ticks=GROWTHS)
-    levels = np.linspace(0.0, 0.8, 9)
-    margin = right.contourf(x, y, result.disk, levels, cmap="viridis", extend="max")
+    x, y = (finer(axis.shown(result.scenario)) for axis in (result.kind.x, result.kind.y))
+    growth = np.array([finer(rate) for rate in result.rates]).max(axis=0)
+    norm = BoundaryNorm(GROWTHS, 256, extend="both")
+    filled = left.contourf(x, y, growth, GROWTHS, cmap="RdBu_r", norm=norm, extend="both")
+    bar = figure.colorbar(filled, ax=left, label="growth rate (1/s), below 0 stable")
+    bar.set_ticks(GROWTHS, labels=[f"{value:g}" for value in GROWTHS])
+    disk = np.where(growth > 0, np.nan, finer(result.disk))
+    margin = right.contourf(x, y, disk, np.linspace(0.0, 0.8, 9), cmap="viridis", extend="max")
+    right.set_facecolor(UNSTABLE)
     figure.colorbar(margin, ax=right, label="disk margin of all force signals")
-    for axes, title in ((left, "slowest decay, fastest growth"), (right, "robustness")):
-        axes.contour(x, y, result.growth, [0.0], colors=LIMIT, linewidths=1.6)
+    titles = "slowest decay or fastest growth", "robustness (grey: unstable)"
+    for axes, title in zip((left, right), titles, strict=True):
+        axes.contour(x, y, growth, [0.0], colors=LIMIT, linewidths=1.6)
         axes.set(title=title, xlabel=result.kind.x.label, ylabel=result.kind.y.label)
         axes.grid(False)
-        _mark_settings(axes, result)
+        _mark_settings(axes, result, x, y)
     return figure
 
 
-def _mark_settings(axes: Axes, result: StabilityMap) -> None:
-    """Mark the paper's two settings where the map has their delta and g_a."""
+def _described(torso: FlexibleTorso | None) -> str:
+    if torso is None:
+        return ""
+    share = f", {torso.share:.0%} of it seen" if torso.share != 1 else ""
+    return f", torso mode {torso.frequency:g} Hz{share}"
+
+
+def _mark_settings(axes: Axes, result: StabilityMap, x: np.ndarray, y: np.ndarray) -> None:
+    """Mark the paper's two settings: points, delta alone, or the border that each would have."""
     keys = (result.kind.x.key, result.kind.y.key)
-    if keys[0] != DELTA:
-        return
-    for (name, (delta, gain)), marker in zip(SETTINGS.items(), "os", strict=True):
-        y = gain if keys[1] == GAIN else None
-        label = f"{name}: {1e3 * delta:g} ms, g_a {gain:g}"
-        if y is None:
-            axes.axvline(1e3 * delta, color=INK, lw=0.9, ls="--" if marker == "s" else "-")
+    for (name, setting), (marker, dashes) in zip(SETTINGS.items(), _MARKS, strict=True):
+        delta, gain = 1e3 * setting[DELTA], setting[GAIN]
+        label = f"{name}: δ {delta:g} ms, g_a {gain:g}"
+        if keys == (DELTA, GAIN):
+            axes.plot(delta, gain, marker, color=INK, mfc="white", ms=7, clip_on=False)
+            axes.annotate(
+                label,
+                (delta, gain),
+                (8, -14),
+                textcoords="offset points",
+                fontsize=7.5,
+                bbox={"facecolor": "white", "alpha": 0.75, "edgecolor": "none", "pad": 1.5},
+            )
+        elif DELTA in keys:
+            axes.axvline(delta, color=INK, lw=1.0, ls=dashes, label=f"{name}: δ {delta:g} ms")
         else:
-            axes.plot(1e3 * delta, y, marker, color=INK, mfc="white", ms=7, clip_on=False)
-            axes.annotate(label, (1e3 * delta, y), (6, -12), textcoords="offset points", fontsize=7)
+            rates = np.array([finer(rate) for rate in result.setting_rates[name]]).max(axis=0)
+            axes.contour(x, y, rates, [0.0], colors=INK, linewidths=1.0, linestyles=[dashes])
+            axes.plot([], [], color=INK, lw=1.0, ls=dashes, label=f"border, {label}")
+    if keys != (DELTA, GAIN):
+        axes.legend(loc="upper right", frameon=True, framealpha=0.85, edgecolor="none", fontsize=7)
+
+
+_MARKS = (("o", "-"), ("s", "--"))
+"""Marker and line of each of the paper's settings."""
 
 
 @in_look
@@ -98,7 +132,7 @@ def measured_figure(
             values = response.values.ravel()
             gain.semilogx(response.frequencies, 20 * np.log10(np.abs(values)), **style)
             phase.semilogx(response.frequencies, np.degrees(np.angle(values)), **style)
-        gain.set_title(name, fontsize=8.5)
+        gain.set_title(name.replace(" -> ", "\n\N{RIGHTWARDS ARROW} "), fontsize=8.5)
         phase.set(xlabel="frequency (Hz)", yticks=np.arange(-180, 181, 90))
         for each in (gain, phase):
             each.axhline(0.0, color=FAINT, lw=0.6)
