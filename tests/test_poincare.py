@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 import lola_drake as lola
-from lola_drake.analysis.linear import poincare
 from lola_drake.analysis.linear.coordinates import coordinates
 from lola_drake.analysis.linear.cut_blocks import discrete_state
 from lola_drake.analysis.linear.errors import AnalysisError
@@ -38,10 +37,9 @@ def test_a_section_is_found_again_in_another_diagram(short, standing):
     assert (typical(frame) >= 1).all()
 
 
-def test_what_is_forgotten_and_what_is_flown_make_the_whole_stride(short, monkeypatch):
+def test_what_is_forgotten_and_what_is_flown_make_the_whole_stride(short):
     """Along a few directions against flying all ticks by differences."""
-    monkeypatch.setattr(poincare, "FORGETTING", 5)
-    later, lasting, forgetting = forget(short)
+    later, lasting, forgetting = forget(short, 5)
     assert later.ticks == 7
     assert lasting.shape[1] < 0.7 * len(lasting)
     step = 1e-5

@@ -23,6 +23,7 @@ from pydrake.systems.framework import Context, Diagram
 from lola_drake.analysis.linear.coordinates import Coordinates
 from lola_drake.analysis.linear.cut_blocks import discrete_state
 from lola_drake.analysis.linear.gait_section import (
+    INTO_SWING,
     Section,
     find_section,
     moving_coordinates,
@@ -33,6 +34,7 @@ from lola_drake.analysis.linear.linear_blocks import linear_blocks
 from lola_drake.analysis.linear.poles import neutral
 from lola_drake.analysis.linear.text_table import Table
 from lola_drake.analysis.linear.ticks import Ticks
+from lola_drake.controller import PERIOD
 from lola_drake.scenario import Scenario
 
 TRIED = (3e-4, 1e-4, 3e-5, 1e-5)
@@ -41,8 +43,9 @@ TRIED = (3e-4, 1e-4, 3e-5, 1e-5)
 PROBES = 3
 """Number of random directions of the convergence check."""
 
-FORGETTING, FORGOTTEN = 40, 1e-6
-"""Ticks that are taken by their linear maps, and what part of a motion then counts as forgotten."""
+FORGETTING, FORGOTTEN = 0.5, 1e-5
+"""Part of what is left of the swing that is taken by linear maps, and what part of a motion then
+counts as forgotten: the differences that are flown are not more exact."""
 
 SHOWN = 12
 """How many multipliers are listed."""
@@ -150,18 +153,25 @@ def stride_map(
         done: called with the number of finished runs, and of all.
 
     Raises:
-        AnalysisError: if the scenario does not walk, or the gait does not settle.
+        AnalysisError: if the scenario does not walk, or the robot falls before its gait has
+            settled; how well it has is said by `Section.miss`.
     """
     section = find_section(scenario)
-    later, lasting, forgetting = forget(section)
+    swing = scenario.pattern.step_time - scenario.pattern.double_support - INTO_SWING
+    count = max(round(FORGETTING * swing / PERIOD), 0)
+    later, lasting, forgetting = forget(section, count)
     step, convergence = converged_step(later, lasting, jobs)
     flown = fly(later, step * lasting.T, jobs, done) / step
     names = moving_coordinates(*section_context(section)).names
     return StrideMap(section, flown @ forgetting, names, step, convergence)
 
 
-def forget(section: Section) -> tuple[Section, np.ndarray, np.ndarray]:
+def forget(section: Section, count: int) -> tuple[Section, np.ndarray, np.ndarray]:
     """Take the first ticks of a stride by their linear maps.
+
+    Args:
+        section: where the stride begins.
+        count: of the ticks, in which no contact may change.
 
     Returns:
         Where they end, the directions that last until then as orthonormal columns, shape (n, r),
@@ -171,7 +181,7 @@ def forget(section: Section) -> tuple[Section, np.ndarray, np.ndarray]:
     ticks = Ticks(diagram, context)
     frame = moving_coordinates(diagram, context)
     scale, product = typical(frame), np.eye(len(frame.names))
-    for _ in range(FORGETTING):
+    for _ in range(count):
         A = linear_blocks(diagram, ticks.context, [], []).interconnect([], []).A
         product = (A * scale / scale[:, None]) @ product
         ticks.advance()
@@ -181,7 +191,7 @@ def forget(section: Section) -> tuple[Section, np.ndarray, np.ndarray]:
         section,
         time=ticks.context.get_time(),
         state=discrete_state(ticks.context),
-        ticks=section.ticks - FORGETTING,
+        ticks=section.ticks - count,
     )
     return later, left[:, lasting], values[lasting, None] * right[lasting]
 
