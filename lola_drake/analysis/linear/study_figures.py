@@ -21,7 +21,8 @@ from lola_drake.analysis.linear.stability_map import (
 GROWTHS = (-1.0, -0.5, -0.2, -0.1, 0.0, 1.0, 5.0, 20.0, 100.0)
 """Levels of the growth rate (1/s): what is slow matters where it is stable."""
 
-UNSTABLE = "#d8dbe0"
+UNSTABLE, ENDLESS = "#d8dbe0", 1e9
+"""Colour of what is unstable, and a growth that nothing reaches (1/s)."""
 
 LARGEST = 6
 """How many multipliers are named."""
@@ -34,22 +35,38 @@ def map_figure(result: StabilityMap) -> Figure:
     add_title(figure, f"{result.kind.doc} ({result.at}{_described(result.torso)})")
     left, right = figure.subplots(1, 2)
     x, y = (finer(axis.shown(result.scenario)) for axis in (result.kind.x, result.kind.y))
-    growth = np.array([finer(rate) for rate in result.rates]).max(axis=0)
+    slow, fast = rates = [finer(rate) for rate in result.rates]
     norm = BoundaryNorm(GROWTHS, 256, extend="both")
-    filled = left.contourf(x, y, growth, GROWTHS, cmap="RdBu_r", norm=norm, extend="both")
+    style = {"cmap": "RdBu_r", "norm": norm}
+    filled = left.contourf(x, y, slow, GROWTHS, extend="both", **style)
     bar = figure.colorbar(filled, ax=left, label="growth rate (1/s), below 0 stable")
     bar.set_ticks(GROWTHS, labels=[f"{value:g}" for value in GROWTHS])
-    disk = np.where(growth > 0, np.nan, finer(result.disk))
-    margin = right.contourf(x, y, disk, np.linspace(0.0, 0.8, 9), cmap="viridis", extend="max")
-    right.set_facecolor(UNSTABLE)
+    # A fast motion tips over within less than a cell: it is drawn over the slow ones.
+    if np.nanmax(fast) > 0:
+        worst = np.where(fast > 0, np.maximum(slow, fast), fast)
+        left.contourf(x, y, worst, [g for g in GROWTHS if g >= 0], extend="max", **style)
+    margin = right.contourf(
+        x, y, finer(result.disk), np.linspace(0.0, 0.8, 9), cmap="viridis", extend="max"
+    )
     figure.colorbar(margin, ax=right, label="disk margin of all force signals")
+    for rate in rates:
+        if np.nanmax(rate) > 0:
+            right.contourf(x, y, rate, [0.0, ENDLESS], colors=[UNSTABLE])
     titles = "slowest decay or fastest growth", "robustness (grey: unstable)"
     for axes, title in zip((left, right), titles, strict=True):
-        axes.contour(x, y, growth, [0.0], colors=LIMIT, linewidths=1.6)
+        _draw_border(axes, x, y, rates, colors=LIMIT, linewidths=1.6)
         axes.set(title=title, xlabel=result.kind.x.label, ylabel=result.kind.y.label)
         axes.grid(False)
         _mark_settings(axes, result, x, y)
     return figure
+
+
+def _draw_border(axes: Axes, x: np.ndarray, y: np.ndarray, rates: list, **style) -> None:
+    """Draw where the slow or the fast motions tip over, while the others are stable."""
+    for rate, other in (rates, rates[::-1]):
+        seen = np.where(other > 0, np.nan, rate)
+        if np.nanmin(seen, initial=0.0) < 0 < np.nanmax(seen, initial=0.0):
+            axes.contour(x, y, seen, [0.0], **style)
 
 
 def _described(torso: FlexibleTorso | None) -> str:
@@ -78,8 +95,8 @@ def _mark_settings(axes: Axes, result: StabilityMap, x: np.ndarray, y: np.ndarra
         elif DELTA in keys:
             axes.axvline(delta, color=INK, lw=1.0, ls=dashes, label=f"{name}: δ {delta:g} ms")
         else:
-            rates = np.array([finer(rate) for rate in result.setting_rates[name]]).max(axis=0)
-            axes.contour(x, y, rates, [0.0], colors=INK, linewidths=1.0, linestyles=[dashes])
+            rates = [finer(rate) for rate in result.setting_rates[name]]
+            _draw_border(axes, x, y, rates, colors=INK, linewidths=1.0, linestyles=[dashes])
             axes.plot([], [], color=INK, lw=1.0, ls=dashes, label=f"border, {label}")
     if keys != (DELTA, GAIN):
         axes.legend(loc="upper right", frameon=True, framealpha=0.85, edgecolor="none", fontsize=7)
