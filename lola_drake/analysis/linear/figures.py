@@ -16,7 +16,7 @@ from lola_drake.analysis.linear.tables import contact_responses
 from lola_drake.robot import PADS
 from lola_drake.theory.contact_model import contact_matrix
 
-SHOWN = np.geomspace(0.05, 500.0, 500)
+SHOWN = np.geomspace(0.05, 500.0, 400)
 """Frequencies of the Bode plots (Hz)."""
 
 QUIETEST = 0.1
@@ -186,7 +186,7 @@ def _s(z: np.ndarray) -> np.ndarray:
     low, high, bottom, top = WINDOW
     frequency = s.imag / (2 * np.pi)
     seen = (s.real >= low) & (s.real <= high) & (frequency >= bottom) & (frequency <= top)
-    return np.unique(s[seen].round(1))
+    return np.unique((2 * s[seen]).round() / 2)
 
 
 def _s_plane(axes: Axes) -> None:

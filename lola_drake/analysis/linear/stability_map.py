@@ -34,7 +34,7 @@ FAST = 5.0
 """Motions that swing faster than this are kept apart (Hz): between the points of a map the slowest
 decay of all would hide how a fast one goes from stable to unstable."""
 
-FINE = 8
+FINE = 4
 """Points that are interpolated between two of a map."""
 
 
