@@ -1,5 +1,7 @@
 """The stride-to-stride map: its section, its parts and what it says."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -15,7 +17,14 @@ from lola_drake.analysis.linear.gait_section import (
     typical,
 )
 from lola_drake.analysis.linear.operating_points import quiet
-from lola_drake.analysis.linear.poincare import TRIED, StrideMap, converged_step, fly, forget
+from lola_drake.analysis.linear.poincare import (
+    CONVERGED,
+    TRIED,
+    StrideMap,
+    converged_step,
+    fly,
+    forget,
+)
 from lola_drake.analysis.linear.study_figures import multipliers_figure
 
 
@@ -53,8 +62,8 @@ def test_what_is_forgotten_and_what_is_flown_make_the_whole_stride(short):
 def test_the_step_is_the_one_at_which_the_differences_change_least(short, standing):
     n = len(moving_coordinates(standing.diagram, standing.context).names)
     step, changes = converged_step(short, np.eye(n)[:, -20:], jobs=1)
-    assert set(changes) == set(TRIED[:-1])
-    assert changes[step] == min(changes.values()) < 0.05
+    assert set(changes) == set(TRIED[1:])
+    assert changes[step] == min(changes.values()) < CONVERGED
 
 
 def test_multipliers_are_the_eigenvalues_and_know_place_and_heading():
@@ -68,6 +77,8 @@ def test_multipliers_are_the_eigenvalues_and_know_place_and_heading():
     assert swing.value == pytest.approx(0.4 + 0.3j)
     assert stride.radius == pytest.approx(0.5)
     assert "largest multiplier: 0.500" in stride.as_text()
+    assert "NOT converged" not in stride.as_text()
+    assert "NOT converged" in replace(stride, convergence={1e-4: 0.5}).as_text()
     assert stride.as_numbers()["radius"] == pytest.approx(0.5)
     assert multipliers_figure({"dyn": stride}).axes
 

@@ -126,11 +126,11 @@ def multipliers_figure(maps: dict[str, StrideMap]) -> Figure:
         rows = -np.arange(len(named)) - 0.36 * k
         bars.barh(rows, [abs(m.value) for m in named], 0.34, color=colour, label=name)
         for row, m in zip(rows, named, strict=True):
-            bars.text(0.01, row, m.dominating, fontsize=6.5, color="white", va="center")
+            bars.text(abs(m.value) + 0.01, row, m.dominating, fontsize=6.5, va="center")
     plane.set(aspect="equal", xlabel="real part", ylabel="imaginary part")
     plane.set_title("hollow: place and heading")
-    plane.legend(loc="lower left")
-    bars.set(title="the largest, and whose they are", xlabel="magnitude", yticks=[])
+    plane.legend(loc="lower center", bbox_to_anchor=(0.5, 0.15))
+    bars.set(title="the largest, and whose they are", xlabel="magnitude", yticks=[], xlim=(0, 1))
     bars.legend(loc="lower right")
     return figure
 
