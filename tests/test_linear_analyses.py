@@ -137,6 +137,7 @@ def test_the_command_writes_a_picture_and_prints_numbers(tmp_path):
         (["linearize", "full", "--at", "moon"], "no operating point 'moon'"),
         (["linearize", "full", "--scenario", "moon"], "no such scenario"),
         (["map", "moon"], "no map 'moon'"),
+        (["map", "gains", "--at", "t=0.01"], "a map needs a pose"),
         (["poincare", "stand"], "stand has no steps"),
     ],
 )

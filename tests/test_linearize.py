@@ -288,6 +288,12 @@ def test_a_block_that_cannot_be_linearised_is_one_clear_error(system, message):
         lola.linearize(system, "u", [], fixed_context(system))
 
 
+def test_a_system_in_which_nothing_moves_has_no_states():
+    square = Square()
+    model = lola.linearize(square, [], [], square.CreateDefaultContext())
+    assert (model.nstates, model.ninputs, model.noutputs) == (0, 0, 0)
+
+
 def test_a_plant_with_sampled_ports_is_one_clear_error():
     plant = MultibodyPlant(1e-3)
     plant.Finalize()

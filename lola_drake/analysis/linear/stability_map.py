@@ -239,10 +239,16 @@ def stability_map(
             share the default.
         jobs: number of processes.
         done: called with the number of finished rows, and of all.
+
+    Raises:
+        AnalysisError: if `at` is a moment of a walk, or the robot cannot rest there.
     """
     at = at or kind.at
     if kind.y.key == SHARE:
         torso = replace(torso or FlexibleTorso(), share=1.0)
+    bench = make_bench(scenario, at, _SIGNALS, _SIGNALS)
+    if bench.situation.residual is None:
+        raise AnalysisError(f"a map needs a pose, where the robot rests: {at} is none")
     free = DELTA not in (kind.x.key, kind.y.key)
     compared = dict(SETTINGS) if free else {}
     found = Parallel(n_jobs=jobs, return_as="generator")(
@@ -255,7 +261,6 @@ def stability_map(
         if done:
             done(len(rows), len(kind.y.values))
     rates, disk, others = zip(*rows, strict=True)
-    bench = make_bench(scenario, at, _SIGNALS, _SIGNALS)
     return StabilityMap(
         kind,
         at,
