@@ -169,14 +169,16 @@ class StabilityMap:
         """Return where it is stable for every value of y, and what the paper's settings do."""
         x, y = self.kind.x, self.kind.y
         shown = finer(x.shown(self.scenario))
+        maps = [self.rates, *self.setting_rates.values()]
         rows = []
-        for value, rates, disk in zip(
-            y.shown(self.scenario), self.rates.swapaxes(0, 1), self.disk, strict=True
-        ):
-            growth = np.array([finer(rate) for rate in rates]).max(axis=0)
-            best = np.nanmax(disk, initial=0.0)
-            rows.append((f"{value:.3g}", _spans(shown, growth < 0), f"{best:.2f}"))
-        header = (y.label, f"stable for {x.label}", "best disk margin")
+        for k, value in enumerate(y.shown(self.scenario)):
+            growths = [
+                np.array([finer(rate) for rate in rates[:, k]]).max(axis=0) for rates in maps
+            ]
+            spans = [_spans(shown, growth < 0) for growth in growths]
+            rows.append((f"{value:.4g}", *spans, f"{np.nanmax(self.disk[k], initial=0.0):.2f}"))
+        others = [f"with the {name}'s δ and g_a" for name in self.setting_rates]
+        header = (y.label, f"stable for {x.label}", *others, "best disk margin")
         table = Table(f"{self.kind.doc}, at {self.at}", header, tuple(rows))
         return f"{table.as_text()}\n\n{self._settings_table().as_text()}"
 
