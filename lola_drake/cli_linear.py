@@ -70,7 +70,7 @@ def linearize(
 
 @app.command("map")
 def map_(
-    name: Annotated[str, typer.Argument(help="gains, stiffness or latency.")],
+    name: Annotated[str, typer.Argument(help="gains, stiffness, latency or torso.")],
     scenario: Scenario = "stand",
     at: At = None,
     changes: Changes = None,
@@ -99,7 +99,8 @@ def map_(
         with _progress(name) as advance:
             result = stability_map(kind, chosen, at, mode, jobs, advance)
         borders = compare_borders(chosen, result.at) if check else None
-        paths = _save({f"map_{name}": map_figure(result)}, output)
+        file = f"map_{name}_flexible" if mode and name != "torso" else f"map_{name}"
+        paths = _save({file: map_figure(result)}, output)
     if as_json:
         print(json.dumps(result.as_numbers() | {"borders": borders}, indent=2))
         return
@@ -163,9 +164,9 @@ def _measure(analysis: "Analysis"):
 
 
 def _save(figures: dict, folder: Path) -> list[Path]:
-    """Write figures as PNG into a folder, and return their paths."""
-    folder.mkdir(parents=True, exist_ok=True)
-    paths = [folder / f"{name}.png" for name in figures]
-    for path, figure in zip(paths, figures.values(), strict=True):
-        figure.savefig(path, dpi=120)
-    return paths
+    """Write figures as SVG and PNG into a folder, and return their paths."""
+    from lola_drake.analysis.figures import save_figure
+
+    for name, figure in figures.items():
+        save_figure(figure, folder, name)
+    return [folder / f"{name}.{kind}" for name in figures for kind in ("svg", "png")]

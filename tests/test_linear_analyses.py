@@ -7,7 +7,13 @@ import pytest
 from typer.testing import CliRunner
 
 import lola_drake as lola
-from lola_drake.analysis.linear.analyses import analyse, open_at, part, root_locus
+from lola_drake.analysis.linear.analyses import (
+    analyse,
+    open_at,
+    part,
+    root_locus,
+    step_response,
+)
 from lola_drake.analysis.linear.bench import make_bench
 from lola_drake.analysis.linear.errors import AnalysisError
 from lola_drake.analysis.linear.figures import analysis_figure
@@ -33,6 +39,7 @@ def stabilizer(scenario):
 def test_every_recipe_is_complete(name):
     how = recipe(name)
     assert len(how.steps) == len(how.inputs)
+    assert len(how.units) == len(how.inputs)
     assert len(how.outputs) >= len(how.inputs)
     assert list(how.values) == sorted(how.values)
 
@@ -64,6 +71,16 @@ def test_an_analysis_is_plain_numbers_too(stabilizer):
 
 def test_an_analysis_has_a_picture(stabilizer):
     assert len(analysis_figure(stabilizer).axes) == 6
+
+
+@pytest.mark.parametrize("name", ["stabilizer", "full"])
+def test_a_step_moves_the_output_of_the_same_number(scenario, standing, name):
+    """10 N or 10 Nm incline the torso by more than 1 mrad within half a second."""
+    how = RECIPES[name]
+    bench = make_bench(scenario, "stand", how.inputs, how.outputs, standing)
+    for k, height in enumerate(how.steps):
+        _, outputs = step_response(part(bench, how), k, height)
+        assert 1e-3 < np.abs(outputs[:, k]).max() < 0.1
 
 
 def test_a_root_locus_turns_one_parameter(scenario, standing):
@@ -110,6 +127,7 @@ def test_the_command_writes_a_picture_and_prints_numbers(tmp_path):
     assert result.exit_code == 0, result.output
     assert json.loads(result.stdout)["at"] == "stand"
     assert (tmp_path / "force_loop.png").stat().st_size > 10_000
+    assert (tmp_path / "force_loop.svg").read_text().startswith("<?xml")
 
 
 @pytest.mark.parametrize(
@@ -119,6 +137,7 @@ def test_the_command_writes_a_picture_and_prints_numbers(tmp_path):
         (["linearize", "full", "--at", "moon"], "no operating point 'moon'"),
         (["linearize", "full", "--scenario", "moon"], "no such scenario"),
         (["map", "moon"], "no map 'moon'"),
+        (["map", "gains", "--at", "t=0.01"], "a map needs a pose"),
         (["poincare", "stand"], "stand has no steps"),
     ],
 )

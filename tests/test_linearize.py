@@ -8,13 +8,20 @@ import pytest
 from linear_toys import PERIOD, AbstractState, Failing, Filter, Square, discrete, loop
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.systems.framework import DiagramBuilder
-from pydrake.systems.primitives import Integrator, Linearize
+from pydrake.systems.primitives import AffineSystem, Integrator, Linearize
 
 import lola_drake as lola
 from lola_drake.analysis.linear.cut_blocks import discrete_state, own_context, set_discrete_state
 from lola_drake.analysis.linear.errors import AnalysisError
 from lola_drake.analysis.linear.linear_blocks import linear_blocks
-from lola_drake.signals import JOINTS
+from lola_drake.blocks.hybrid_force_control import (
+    FootSensor,
+    HybridForceControl,
+    HybridForceControlParams,
+)
+from lola_drake.robot import PADS
+from lola_drake.signals import DESIRED_WRENCH, GAIT_PHASE, JOINTS, MEASURED_WRENCH
+from lola_drake.theory.contact_model import contact_matrix
 
 A = [[0.9, 0.1], [-0.2, 0.8]]
 
@@ -164,6 +171,53 @@ def test_with_servo_gains_autodiff_and_differences_agree_on_the_plant(standing):
         assert np.abs(found - by_differences).max() <= 1e-5 * np.abs(found).max()
 
 
+def ideal_force_loop(delta: float):
+    """Return force control of a foot on its own U, with an ideal servo and no delay, at rest.
+
+    The foot is where it is told to be, and its sensor sits in the TCP.
+    """
+    U = contact_matrix(PADS, 1.2e5 / sum(pad.area for pad in PADS))
+    sensor = FootSensor(p_TcpSensor=(0.0, 0.0, 0.0), weight=0.0, p_TcpFoot=(0.0, 0.0, 0.0))
+    params = HybridForceControlParams(time_constant=delta, model_stiffness=1.2e5)
+    load = np.array([0.0, 0.0, 300.0])
+    builder = DiagramBuilder()
+    block = builder.AddNamedSystem("control", HybridForceControl(params, "l", U, sensor, PERIOD))
+    to_sensor = np.zeros((MEASURED_WRENCH.size, 3))
+    to_sensor[MEASURED_WRENCH.slice("T_l")][:2] = np.eye(3)[:2]
+    to_sensor[MEASURED_WRENCH.slice("F_l")][2] = np.eye(3)[2]
+    ground = builder.AddNamedSystem("ground", AffineSystem(D=to_sensor @ U, y0=to_sensor @ load))
+    builder.Connect(block.GetOutputPort("task_modification"), ground.get_input_port())
+    builder.Connect(ground.get_output_port(), block.GetInputPort("measured_wrench"))
+    diagram = builder.Build()
+    context = diagram.CreateDefaultContext()
+    inside = block.GetMyMutableContextFromRoot(context)
+    for i in range(block.num_input_ports()):
+        port = block.get_input_port(i)
+        if port.get_name() != "measured_wrench":
+            port.FixValue(inside, np.zeros(port.size()))
+    phase = np.zeros(GAIT_PHASE.size)
+    phase[GAIT_PHASE.slice("blend")] = 1.0
+    desired = np.zeros(DESIRED_WRENCH.size)
+    desired[DESIRED_WRENCH.slice("wrench_l")] = load
+    block.GetInputPort("gait_phase").FixValue(inside, phase)
+    block.GetInputPort("desired_wrench").FixValue(inside, desired)
+    return diagram, context
+
+
+@pytest.mark.parametrize("delta", [0.005, 0.02, 0.027])
+def test_the_poles_of_the_ideal_force_loop(delta):
+    """The rate of eq. 15 is held for a period: 1 - dt/delta, the first terms of exp(-dt/delta)."""
+    diagram, context = ideal_force_loop(delta)
+    model = lola.linearize(
+        diagram, "desired_wrench_l", "contact_wrench", context, equilibrium=1e-12
+    )
+    z = np.linalg.eigvals(model.A)
+    np.testing.assert_allclose(z, 1 - PERIOD / delta, atol=1e-9)
+    np.testing.assert_allclose(z, np.exp(-PERIOD / delta), atol=0.5 * (PERIOD / delta) ** 2)
+    gain = np.hstack([np.eye(3), delta * np.eye(3)])  # of the desired wrench and of its rate
+    np.testing.assert_allclose(control.dcgain(model), gain, atol=1e-9)
+
+
 ALGEBRAIC = (
     "imu_stabilizer",
     "force_distribution",
@@ -232,6 +286,12 @@ def test_the_full_loop_has_hundreds_of_states(standing):
 def test_a_block_that_cannot_be_linearised_is_one_clear_error(system, message):
     with pytest.raises(AnalysisError, match=message):
         lola.linearize(system, "u", [], fixed_context(system))
+
+
+def test_a_system_in_which_nothing_moves_has_no_states():
+    square = Square()
+    model = lola.linearize(square, [], [], square.CreateDefaultContext())
+    assert (model.nstates, model.ninputs, model.noutputs) == (0, 0, 0)
 
 
 def test_a_plant_with_sampled_ports_is_one_clear_error():

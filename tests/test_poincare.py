@@ -1,10 +1,11 @@
 """The stride-to-stride map: its section, its parts and what it says."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 import lola_drake as lola
-from lola_drake.analysis.linear import poincare
 from lola_drake.analysis.linear.coordinates import coordinates
 from lola_drake.analysis.linear.cut_blocks import discrete_state
 from lola_drake.analysis.linear.errors import AnalysisError
@@ -16,7 +17,14 @@ from lola_drake.analysis.linear.gait_section import (
     typical,
 )
 from lola_drake.analysis.linear.operating_points import quiet
-from lola_drake.analysis.linear.poincare import StrideMap, fly, forget
+from lola_drake.analysis.linear.poincare import (
+    CONVERGED,
+    TRIED,
+    StrideMap,
+    converged_step,
+    fly,
+    forget,
+)
 from lola_drake.analysis.linear.study_figures import multipliers_figure
 
 
@@ -38,10 +46,9 @@ def test_a_section_is_found_again_in_another_diagram(short, standing):
     assert (typical(frame) >= 1).all()
 
 
-def test_what_is_forgotten_and_what_is_flown_make_the_whole_stride(short, monkeypatch):
+def test_what_is_forgotten_and_what_is_flown_make_the_whole_stride(short):
     """Along a few directions against flying all ticks by differences."""
-    monkeypatch.setattr(poincare, "FORGETTING", 5)
-    later, lasting, forgetting = forget(short)
+    later, lasting, forgetting = forget(short, 5)
     assert later.ticks == 7
     assert lasting.shape[1] < 0.7 * len(lasting)
     step = 1e-5
@@ -50,6 +57,13 @@ def test_what_is_forgotten_and_what_is_flown_make_the_whole_stride(short, monkey
     whole = fly(short, step * directions, jobs=1) / step
     parts = fly(later, step * (lasting @ forgetting @ directions.T).T, jobs=1) / step
     np.testing.assert_allclose(parts, whole, atol=2e-3 * np.abs(whole).max())
+
+
+def test_the_step_is_the_one_at_which_the_differences_change_least(short, standing):
+    n = len(moving_coordinates(standing.diagram, standing.context).names)
+    step, changes = converged_step(short, np.eye(n)[:, -20:], jobs=1)
+    assert set(changes) == set(TRIED[1:])
+    assert changes[step] == min(changes.values()) < CONVERGED
 
 
 def test_multipliers_are_the_eigenvalues_and_know_place_and_heading():
@@ -63,6 +77,8 @@ def test_multipliers_are_the_eigenvalues_and_know_place_and_heading():
     assert swing.value == pytest.approx(0.4 + 0.3j)
     assert stride.radius == pytest.approx(0.5)
     assert "largest multiplier: 0.500" in stride.as_text()
+    assert "NOT converged" not in stride.as_text()
+    assert "NOT converged" in replace(stride, convergence={1e-4: 0.5}).as_text()
     assert stride.as_numbers()["radius"] == pytest.approx(0.5)
     assert multipliers_figure({"dyn": stride}).axes
 

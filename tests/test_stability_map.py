@@ -5,27 +5,34 @@ import pytest
 
 import lola_drake as lola
 from lola_drake.analysis.linear.bench import make_bench
+from lola_drake.analysis.linear.border import predicted_border
 from lola_drake.analysis.linear.errors import AnalysisError
 from lola_drake.analysis.linear.flexible_torso import FlexibleTorso, with_torso
 from lola_drake.analysis.linear.poles import spectral_radius
 from lola_drake.analysis.linear.stability_map import (
     DELTA,
     GAIN,
+    MAPS,
+    SETTINGS,
+    AtSetting,
     Axis,
     MapKind,
     StabilityMap,
+    finer,
     growth_rate,
+    growth_rates,
+    largest_share,
     map_kind,
     stability_map,
 )
 from lola_drake.analysis.linear.study_figures import map_figure
 
-IMU = ("torso_orientation",)
+SIGNALS = ("torso_orientation", "measured_wrench")
 
 
 @pytest.fixture(scope="module")
 def bench(standing):
-    return make_bench(lola.load_scenario("stand"), "stand", IMU, IMU, standing)
+    return make_bench(lola.load_scenario("stand"), "stand", SIGNALS, SIGNALS, standing)
 
 
 @pytest.mark.parametrize(
@@ -38,8 +45,8 @@ def bench(standing):
 def test_turning_a_parameter_is_the_same_as_building_with_it(bench, changes):
     """Only the blocks the parameter belongs to are linearised again, at the same point."""
     varied = bench.varied(changes)
-    anew = make_bench(lola.load_scenario("stand", changes), "stand", IMU, IMU)
-    z = [np.sort(np.abs(np.linalg.eigvals(with_torso(b, None)))) for b in (varied, anew)]
+    anew = make_bench(lola.load_scenario("stand", changes), "stand", SIGNALS, SIGNALS)
+    z = [np.sort(np.abs(np.linalg.eigvals(with_torso(b, None).A))) for b in (varied, anew)]
     np.testing.assert_allclose(z[0][-60:], z[1][-60:], atol=2e-4)
 
 
@@ -51,10 +58,10 @@ def test_a_parameter_that_moves_the_equilibrium_finds_it_again(bench):
 
 def test_a_stiff_torso_is_a_rigid_one(bench):
     rigid, stiff = (
-        spectral_radius(with_torso(bench, torso)) for torso in (None, FlexibleTorso(300.0, 0.7))
+        spectral_radius(with_torso(bench, torso).A) for torso in (None, FlexibleTorso(300.0, 0.7))
     )
     assert stiff == pytest.approx(rigid, abs=1e-6)
-    unseen = spectral_radius(with_torso(bench, FlexibleTorso(12.0, 0.05, share=0.0)))
+    unseen = spectral_radius(with_torso(bench, FlexibleTorso(12.0, 0.05, share=0.0)).A)
     assert unseen == pytest.approx(rigid, abs=1e-9)
 
 
@@ -76,18 +83,58 @@ def test_a_map_says_where_it_is_stable():
     assert (result.growth[:, 1] < 0).all()
     assert (result.disk[:, 0] == 0).all()
     assert (result.disk[:, 1] > 0.2).all()
-    assert "30 to 30" in result.as_text()
+    assert "to 30" in result.as_text()
     assert result.as_numbers()["growth_per_s"][0][0] > 0
+    assert result.settings["simulation"].growth < 0
 
 
-def test_a_map_has_a_picture():
-    kind = map_kind("gains")
-    shape = (len(kind.y.values), len(kind.x.values))
-    growth = np.linspace(50.0, -1.0, shape[1]) * np.ones(shape)
-    figure = map_figure(
-        StabilityMap(kind, "left", lola.load_scenario("stand"), None, growth, 0.5 * np.ones(shape))
+def test_the_maps_border_is_where_bisection_finds_it(bench):
+    """Slow and fast motions are interpolated apart: the one hides where the other tips over."""
+    deltas = np.array([delta for delta in MAPS["gains"].x.values if 0.006 < delta < 0.016])
+    rates = np.array([growth_rates(bench.varied({DELTA: delta})) for delta in deltas])
+    fast = finer(rates[:, 1])
+    border = np.interp(0.0, -fast, finer(deltas))
+    assert border == pytest.approx(predicted_border(bench), rel=0.02)
+    assert (rates[:, 0] < 0).all()
+
+
+@pytest.mark.parametrize("torso", [None, FlexibleTorso(12.0, 0.05, 0.5)])
+def test_the_loop_of_the_margin_closes_to_the_whole(bench, torso):
+    opened = with_torso(bench, torso, bench.select(["measured_wrench"]))
+    closed = opened.A + opened.B @ np.linalg.inv(np.eye(12) - opened.D) @ opened.C
+    whole = with_torso(bench, torso).A
+    assert spectral_radius(closed) == pytest.approx(spectral_radius(whole), abs=1e-9)
+
+
+def test_the_largest_share_of_the_mode_is_on_the_border(bench):
+    torso = FlexibleTorso(12.0, 0.05)
+    share = largest_share(bench, torso)
+    assert 0 < share < 1
+    assert growth_rate(bench, FlexibleTorso(12.0, 0.05, share)) < 0
+    assert growth_rate(bench, FlexibleTorso(12.0, 0.05, share + 0.01)) > 0
+
+
+@pytest.mark.parametrize("name", MAPS)
+@pytest.mark.parametrize("torso", [None, FlexibleTorso(12.0, 0.05, 0.7)])
+def test_a_map_has_a_picture_and_a_text(name, torso):
+    kind = map_kind(name)
+    rates = np.zeros((2, len(kind.y.values), len(kind.x.values)))
+    rates[0], rates[1] = -0.1, np.linspace(50.0, -50.0, rates.shape[2])
+    rates[:, 0] = np.nan  # no equilibrium there
+    settings = dict.fromkeys(SETTINGS, AtSetting(-0.1, 0.5 if torso else None))
+    result = StabilityMap(
+        kind,
+        "left",
+        lola.load_scenario("stand"),
+        torso,
+        rates,
+        0.5 * np.ones(rates.shape[1:]),
+        settings,
+        dict.fromkeys(SETTINGS, rates),
     )
-    assert len(figure.axes) == 4
+    assert len(map_figure(result).axes) == 4
+    assert "nowhere" in result.as_text()
+    assert ("up to a share" in result.as_text()) == bool(torso)
 
 
 def test_a_map_that_does_not_exist_is_one_clear_error():

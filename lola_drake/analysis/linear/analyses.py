@@ -135,7 +135,7 @@ def root_locus(bench: Bench, how: Recipe) -> Locus:
     for value in how.values:
         model = part(bench.varied({how.knob: value}), how)
         found.append(np.linalg.eigvals(model.A))
-    return Locus(how.knob, how.values, tuple(found), _value(bench.scenario, how.knob))
+    return Locus(how.knob, how.values, tuple(found), value_of(bench.scenario, how.knob))
 
 
 def step_response(
@@ -150,7 +150,8 @@ def step_response(
     return model.dt * np.arange(count), np.array(rows)
 
 
-def _value(scenario: Scenario, key: str) -> float:
+def value_of(scenario: Scenario, key: str) -> float:
+    """Return the number that a dotted key of a scenario means."""
     value: object = scenario
     for name in key.split("."):
         value = getattr(value, name)

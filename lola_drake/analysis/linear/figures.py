@@ -3,6 +3,7 @@
 import numpy as np
 import scipy.linalg
 from matplotlib.axes import Axes
+from matplotlib.cm import ScalarMappable
 from matplotlib.colors import LogNorm, Normalize
 from matplotlib.figure import Figure
 
@@ -15,7 +16,7 @@ from lola_drake.analysis.linear.tables import contact_responses
 from lola_drake.robot import PADS
 from lola_drake.theory.contact_model import contact_matrix
 
-SHOWN = np.geomspace(0.05, 500.0, 1200)
+SHOWN = np.geomspace(0.05, 500.0, 400)
 """Frequencies of the Bode plots (Hz)."""
 
 QUIETEST = 0.1
@@ -61,7 +62,8 @@ def draw_bode(gain: Axes, phase: Axes, curves: dict[str, Response]) -> None:
     phase.axhline(-180.0, color=FAINT, lw=0.8)
     phase.set(xlabel="frequency (Hz)", ylabel="phase (deg)", ylim=(-540, 200))
     phase.set_yticks(np.arange(-540, 181, 90))
-    gain.legend(loc="lower left")
+    # The phase falls towards the right: its lower left is free.
+    phase.legend(*gain.get_legend_handles_labels(), loc="lower left")
 
 
 def draw_sensitivity(axes: Axes, curves: dict[str, Response]) -> None:
@@ -75,7 +77,7 @@ def draw_sensitivity(axes: Axes, curves: dict[str, Response]) -> None:
 
 def draw_poles_and_zeros(axes: Axes, analysis: Analysis) -> None:
     """Draw poles of the model, and zeros from its first input to its first output."""
-    s = np.array([pole.s for pole in analysis.poles if abs(pole.z) > 1e-6])
+    s = _s(np.array([pole.z for pole in analysis.poles]))
     axes.plot(s.real, s.imag / (2 * np.pi), "x", color=INK, ms=5, mew=1.2, label="poles")
     zeros = _zeros(analysis)
     axes.plot(
@@ -83,21 +85,20 @@ def draw_poles_and_zeros(axes: Axes, analysis: Analysis) -> None:
     )
     _s_plane(axes)
     axes.set_title(f"poles; zeros of {analysis.model.output_labels[0]}", fontsize=8.5)
-    axes.legend(loc="upper left")
+    axes.legend(loc="center left", bbox_to_anchor=(0.0, 0.75))
 
 
 def draw_locus(axes: Axes, locus: Locus) -> None:
     """Draw the poles over a parameter, from dark to light; the nominal value is circled."""
     spread = locus.values[0] > 0 and locus.values[-1] / locus.values[0] > 4
     norm = (LogNorm if spread else Normalize)(locus.values[0], locus.values[-1])
+    colours = ScalarMappable(norm, MAP)
     for value, z in zip(locus.values, locus.poles, strict=True):
         s = _s(z)
-        points = axes.scatter(
-            s.real, s.imag / (2 * np.pi), s=9, c=np.full(len(s), value), norm=norm, cmap=MAP
-        )
+        axes.plot(s.real, s.imag / (2 * np.pi), "o", ms=3.5, mew=0, color=colours.to_rgba(value))
         if np.isclose(value, locus.nominal):
             axes.plot(s.real, s.imag / (2 * np.pi), "o", mfc="none", color=INK, ms=6, mew=0.7)
-    bar = axes.figure.colorbar(points, ax=axes, label=locus.key, pad=0.01)
+    bar = axes.figure.colorbar(colours, ax=axes, label=locus.key, pad=0.01)
     bar.set_ticks(locus.values, labels=[f"{value:g}" for value in locus.values])
     bar.ax.minorticks_off()
     _s_plane(axes)
@@ -106,16 +107,19 @@ def draw_locus(axes: Axes, locus: Locus) -> None:
 
 def draw_steps(axes: Axes, analysis: Analysis) -> None:
     """Draw the response of each output to a step at the input of the same number."""
+    lowest = 0.0
     for k, (colour, height) in enumerate(zip(COLOURS, analysis.recipe.steps, strict=False)):
-        if k >= min(analysis.model.ninputs, analysis.model.noutputs):
-            break
         times, outputs = step_response(analysis.model, k, height)
-        name = f"{_short(analysis.model.input_labels[k])} {height:g}"
+        moved, answers = analysis.recipe.units[k]
         largest = np.abs(outputs[:, k]).max() or 1.0
-        label = f"{name}: at most {largest:.3g}"
+        name = analysis.model.input_labels[k].split("/")[-1]
+        label = f"{name}: {height:g} {moved}, at most {largest:.2g} {answers}"
         axes.plot(1e3 * times, outputs[:, k] / largest, color=colour, label=label)
+        lowest = min(lowest, (outputs[:, k] / largest).min())
     axes.axhline(0.0, color=FAINT, lw=0.8)
-    axes.set(title="steps, each over its largest value", xlabel="time (ms)", ylim=(-1.1, 1.8))
+    axes.set(title="steps, each over its largest value", xlabel="time (ms)")
+    # Above 1 there is room for the legend alone.
+    axes.set(ylim=(lowest - 0.1, 1.1 + 0.45 * (1.1 - lowest)), yticks=_halves(lowest))
     axes.legend(loc="upper right")
 
 
@@ -132,7 +136,7 @@ def draw_contact(axes: Axes, analysis: Analysis) -> None:
     model = scenario.control.force.model_stiffness / scenario.ground.stiffness
     axes.axhline(model, color=INK, lw=0.8, ls=":", label="U of the controller")
     axes.set(xlabel="frequency (Hz)", ylim=(0.1, 10.0))
-    axes.set_title("stiffness over the ground's U; dashed: as met")
+    axes.set_title("stiffness over U (dashed: as met)")
     axes.legend(loc="upper right")
 
 
@@ -149,9 +153,19 @@ def _curves(analysis: Analysis) -> dict[str, Response]:
     for loop in analysis.loops:
         for k, name in enumerate(loop.transfer.input_labels):
             response = frequency_response(one_loop(loop.transfer, k), SHOWN)
-            if np.abs(response.values).max() > QUIETEST:
+            if np.abs(response.values).max() > QUIETEST and not _is_among(response, found):
                 found[_short(name)] = response
     return dict(list(found.items())[: len(COLOURS)])
+
+
+def _is_among(response: Response, others: dict[str, Response]) -> bool:
+    """Return whether a response lies on another one, such as that of the other foot."""
+    return any(np.allclose(response.values, other.values, rtol=1e-2) for other in others.values())
+
+
+def _halves(lowest: float) -> np.ndarray:
+    """Return the multiples of a half from a number up to 1."""
+    return np.arange(np.ceil(2 * lowest), 3) / 2
 
 
 def _zeros(analysis: Analysis) -> np.ndarray:
@@ -164,9 +178,15 @@ def _zeros(analysis: Analysis) -> np.ndarray:
 
 
 def _s(z: np.ndarray) -> np.ndarray:
-    """Return poles of the z-plane in the s-plane, the upper half."""
-    z = z[(np.abs(z) > 1e-6) & (z.imag >= 0)]
-    return np.log(z.astype(complex)) * 1e3
+    """Return the poles of the z-plane that are seen in the window of the s-plane.
+
+    Those that lie on each other there appear once.
+    """
+    s = np.log(z[np.abs(z) > 1e-6].astype(complex)) * 1e3
+    low, high, bottom, top = WINDOW
+    frequency = s.imag / (2 * np.pi)
+    seen = (s.real >= low) & (s.real <= high) & (frequency >= bottom) & (frequency <= top)
+    return np.unique((2 * s[seen]).round() / 2)
 
 
 def _s_plane(axes: Axes) -> None:

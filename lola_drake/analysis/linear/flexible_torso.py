@@ -10,6 +10,7 @@ for inclination and rate, about both axes; where the mode's shape reaches the IM
 sees 1 + share (T - 1). What the vibration does to the legs is left out.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import control
@@ -17,6 +18,8 @@ import numpy as np
 from scipy.linalg import block_diag
 
 from lola_drake.analysis.linear.bench import Bench
+from lola_drake.analysis.linear.interconnection import Matrices
+from lola_drake.analysis.linear.wiring import Selection
 from lola_drake.signals import TORSO_ORIENTATION
 
 
@@ -42,19 +45,32 @@ class FlexibleTorso:
         return control.ss(T.A, T.B, self.share * T.C, self.share * T.D + 1 - self.share, period)
 
 
-def with_torso(bench: Bench, torso: FlexibleTorso | None) -> np.ndarray:
-    """Return A of the whole loop with a rigid (None) or flexible torso.
+def with_torso(
+    bench: Bench, torso: FlexibleTorso | None, opened: Sequence[Selection] = ()
+) -> Matrices:
+    """Return the whole loop with a rigid (None) or flexible torso.
 
     Args:
         bench: with `torso_orientation` among its inputs and outputs.
         torso: the mode.
+        opened: other signals that are cut, as inputs and outputs of the result.
     """
     if torso is None:
-        return bench.blocks.interconnect([], []).A
+        return bench.blocks.interconnect(opened, opened, opened)
     imu = bench.select(["torso_orientation"])
-    rigid = bench.blocks.interconnect(imu, imu, imu)
+    cut = [*opened, *imu]
+    rigid = bench.blocks.interconnect(cut, cut, cut)
+    # The IMU holds its output for a tick, so nothing acts on it at once.
+    n = rigid.B.shape[1] - TORSO_ORIENTATION.size
+    B, B_imu, C, C_imu = rigid.B[:, :n], rigid.B[:, n:], rigid.C[:n], rigid.C[n:]
+    D, D_imu = rigid.D[:n, :n], rigid.D[:n, n:]
     path = torso.path(bench.blocks.period)
-    A, B, C, D = (
+    Ap, Bp, Cp, Dp = (
         block_diag(*[M] * TORSO_ORIENTATION.size) for M in (path.A, path.B, path.C, path.D)
     )
-    return np.block([[rigid.A + rigid.B @ D @ rigid.C, rigid.B @ C], [B @ rigid.C, A]])
+    return Matrices(
+        np.block([[rigid.A + B_imu @ Dp @ C_imu, B_imu @ Cp], [Bp @ C_imu, Ap]]),
+        np.vstack([B, np.zeros((len(Ap), n))]),
+        np.hstack([C + D_imu @ Dp @ C_imu, D_imu @ Cp]),
+        D,
+    )

@@ -23,6 +23,9 @@ STEPS_PER_STRIDE = 2
 SETTLED = 1e-6
 """How far a stride may miss its own beginning, relative to what is a lot."""
 
+INTO_SWING = 0.2
+"""How far into the swing of the left foot the section is (s)."""
+
 MOST_STRIDES = 12
 """After how many strides the gait must have settled."""
 
@@ -104,7 +107,7 @@ def _walk_to_swing(ticks: Ticks) -> None:
             break
     else:
         raise AnalysisError("the scenario does not walk")
-    for _ in range(200):
+    for _ in range(round(INTO_SWING / PERIOD)):
         ticks.advance()
 
 

@@ -141,7 +141,7 @@ class LinearBlocks:
 
     def _stacked(self) -> Matrices:
         """Return all blocks beside each other, not yet connected."""
-        parts = []
+        parts = [(np.zeros((0, 0)),) * 4]
         for jacobian in self.jacobians:
             n = jacobian.dimension
             m = jacobian.matrix

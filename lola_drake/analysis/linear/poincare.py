@@ -10,6 +10,10 @@ are quiet, for noise would make every stride another one.
 Many states (delay lines, filters) forget within a few ticks. The stride's first ticks, in which no
 contact changes, are therefore taken by their exact linear maps, and only the directions that
 survive them are flown.
+
+Contact switches change by whole ticks. Where something hangs on them, as the CoM's dynamics do, a
+motion that moves a switch by a tick jumps; the step is small enough for that not to happen, so
+the derivative is that between the jumps.
 """
 
 from collections.abc import Callable
@@ -23,6 +27,7 @@ from pydrake.systems.framework import Context, Diagram
 from lola_drake.analysis.linear.coordinates import Coordinates
 from lola_drake.analysis.linear.cut_blocks import discrete_state
 from lola_drake.analysis.linear.gait_section import (
+    INTO_SWING,
     Section,
     find_section,
     moving_coordinates,
@@ -33,16 +38,21 @@ from lola_drake.analysis.linear.linear_blocks import linear_blocks
 from lola_drake.analysis.linear.poles import neutral
 from lola_drake.analysis.linear.text_table import Table
 from lola_drake.analysis.linear.ticks import Ticks
+from lola_drake.controller import PERIOD
 from lola_drake.scenario import Scenario
 
-TRIED = (3e-4, 1e-4, 3e-5, 1e-5)
+TRIED = (1e-4, 1e-5, 3e-6, 1e-6)
 """Steps among which the convergence check chooses, relative to what is a lot."""
+
+CONVERGED = 1e-2
+"""Largest change from one step to the next that is let pass without a word."""
 
 PROBES = 3
 """Number of random directions of the convergence check."""
 
-FORGETTING, FORGOTTEN = 40, 1e-6
-"""Ticks that are taken by their linear maps, and what part of a motion then counts as forgotten."""
+FORGETTING, FORGOTTEN = 0.5, 1e-5
+"""Part of what is left of the swing that is taken by linear maps, and what part of a motion then
+counts as forgotten: the differences that are flown are not more exact."""
 
 SHOWN = 12
 """How many multipliers are listed."""
@@ -72,7 +82,7 @@ class StrideMap:
         matrix: the derivative, in coordinates of small motions over what is a lot for each.
         names: of the states.
         step: of the differences, relative to what is a lot.
-        convergence: for each step tried, the relative change of the probes to the next one.
+        convergence: for each step tried, the relative change of the probes from the one before.
     """
 
     section: Section
@@ -96,18 +106,20 @@ class StrideMap:
 
     def as_text(self) -> str:
         """Return how it was found, and the largest multipliers."""
-        section, tried = self.section, sorted(self.convergence.items())
+        section, tried = self.section, self.convergence.items()
         rows = tuple(
             (f"{m.value:.4f}", f"{abs(m.value):.4f}", "neutral" if m.neutral else "", m.dominating)
             for m in self.multipliers()[:SHOWN]
         )
         table = Table("Floquet multipliers", ("value", "magnitude", "", "dominated by"), rows)
         checks = ", ".join(f"{step:g}: {change:.1e}" for step, change in tried)
+        converged = self.convergence[self.step] <= CONVERGED
         return "\n".join(
             [
                 f"section in mid-swing at {section.time:.3f} s; the stride of {section.ticks} "
                 f"ticks misses its beginning by {section.miss:.1e}",
-                f"change of the differences from step to step: {checks}; step {self.step:g} taken",
+                f"change of the differences from step to step: {checks}; step {self.step:g} taken"
+                + ("" if converged else "; NOT converged, the multipliers are a guess"),
                 table.as_text(),
                 f"largest multiplier: {self.radius:.3f}",
             ]
@@ -150,18 +162,25 @@ def stride_map(
         done: called with the number of finished runs, and of all.
 
     Raises:
-        AnalysisError: if the scenario does not walk, or the gait does not settle.
+        AnalysisError: if the scenario does not walk, or the robot falls before its gait has
+            settled; how well it has is said by `Section.miss`.
     """
     section = find_section(scenario)
-    later, lasting, forgetting = forget(section)
+    swing = scenario.pattern.step_time - scenario.pattern.double_support - INTO_SWING
+    count = max(round(FORGETTING * swing / PERIOD), 0)
+    later, lasting, forgetting = forget(section, count)
     step, convergence = converged_step(later, lasting, jobs)
     flown = fly(later, step * lasting.T, jobs, done) / step
     names = moving_coordinates(*section_context(section)).names
     return StrideMap(section, flown @ forgetting, names, step, convergence)
 
 
-def forget(section: Section) -> tuple[Section, np.ndarray, np.ndarray]:
+def forget(section: Section, count: int) -> tuple[Section, np.ndarray, np.ndarray]:
     """Take the first ticks of a stride by their linear maps.
+
+    Args:
+        section: where the stride begins.
+        count: of the ticks, in which no contact may change.
 
     Returns:
         Where they end, the directions that last until then as orthonormal columns, shape (n, r),
@@ -171,7 +190,7 @@ def forget(section: Section) -> tuple[Section, np.ndarray, np.ndarray]:
     ticks = Ticks(diagram, context)
     frame = moving_coordinates(diagram, context)
     scale, product = typical(frame), np.eye(len(frame.names))
-    for _ in range(FORGETTING):
+    for _ in range(count):
         A = linear_blocks(diagram, ticks.context, [], []).interconnect([], []).A
         product = (A * scale / scale[:, None]) @ product
         ticks.advance()
@@ -181,7 +200,7 @@ def forget(section: Section) -> tuple[Section, np.ndarray, np.ndarray]:
         section,
         time=ticks.context.get_time(),
         state=discrete_state(ticks.context),
-        ticks=section.ticks - FORGETTING,
+        ticks=section.ticks - count,
     )
     return later, left[:, lasting], values[lasting, None] * right[lasting]
 
@@ -189,9 +208,10 @@ def forget(section: Section) -> tuple[Section, np.ndarray, np.ndarray]:
 def converged_step(
     section: Section, lasting: np.ndarray, jobs: int = 2
 ) -> tuple[float, dict[float, float]]:
-    """Return the step at which the differences change least from one step to the next.
+    """Return the step of the differences, and how they change from each step to the next.
 
-    A few random directions out of the lasting ones are flown with every step.
+    A few random directions out of the lasting ones are flown with every step. The step is the
+    smaller one of the two between which they change least.
     """
     count = lasting.shape[1]
     signs = np.random.default_rng(0).choice([-1.0, 1.0], (PROBES, count))
@@ -201,7 +221,7 @@ def converged_step(
     found = flown / np.array(TRIED)[:, None, None]
     changes = {
         step: float(np.linalg.norm(found[k + 1] - found[k]) / np.linalg.norm(found[k]))
-        for k, step in enumerate(TRIED[:-1])
+        for k, step in enumerate(TRIED[1:])
     }
     return min(changes, key=changes.get), changes
 

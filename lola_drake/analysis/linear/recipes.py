@@ -16,6 +16,7 @@ class Recipe:
         at: operating point, unless another one is asked for.
         inputs, outputs: of the model whose poles and step response are shown.
         steps: height of the step at each input, in its unit.
+        units: of each input, and of the output of the same number.
         opened: signals that are cut in that model.
         loops: signals at which loops are opened for margins.
         knob: scenario key that is turned for the root locus.
@@ -27,6 +28,7 @@ class Recipe:
     inputs: tuple[str, ...]
     outputs: tuple[str, ...]
     steps: tuple[float, ...]
+    units: tuple[tuple[str, str], ...]
     opened: tuple[str, ...]
     loops: tuple[str, ...]
     knob: str
@@ -44,6 +46,7 @@ RECIPES = {
         inputs=tuple(f"task_command_l.w.{name}" for name in _DIRECTIONS),
         outputs=("measured_wrench.T_l.x", "measured_wrench.T_l.y", "measured_wrench.F_l.z"),
         steps=(1e-3, 1e-3, 1e-4),
+        units=(("rad", "Nm"), ("rad", "Nm"), ("m", "N")),
         opened=(
             *(f"task_command_{foot}" for foot in FEET),
             *(f"task_modification_{foot}" for foot in FEET),
@@ -59,6 +62,7 @@ RECIPES = {
         inputs=("joint_command.q.tkfl", "joint_command.q.tsfl", "joint_command.q.tkfr"),
         outputs=("plant.state.q.tkfl", "plant.state.q.tsfl", "plant.state.q.tkfr"),
         steps=(1e-3, 1e-3, 1e-3),
+        units=(("rad", "rad"),) * 3,
         opened=("joint_command",),
         loops=(),
         knob="control.servos.position_gain",
@@ -70,6 +74,7 @@ RECIPES = {
         inputs=tuple(f"desired_wrench.wrench_l.{name}" for name in _WRENCH),
         outputs=tuple(f"contact_wrench_l.wrench.{name}" for name in _WRENCH),
         steps=(1.0, 1.0, 5.0),
+        units=(("Nm", "Nm"), ("Nm", "Nm"), ("N", "N")),
         opened=(),
         loops=("measured_wrench_l",),
         knob="control.force.time_constant",
@@ -81,6 +86,7 @@ RECIPES = {
         inputs=tuple(f"desired_wrench.wrench_l.{name}" for name in _WRENCH),
         outputs=tuple(f"contact_wrench_l.wrench.{name}" for name in _WRENCH),
         steps=(1.0, 1.0, 5.0),
+        units=(("Nm", "Nm"), ("Nm", "Nm"), ("N", "N")),
         opened=(),
         loops=("com_dynamics_rate_l",),
         knob="control.com_dynamics.gain",
@@ -95,6 +101,7 @@ RECIPES = {
         ),
         outputs=("torso_orientation.phi.x", "torso_orientation.phi.y"),
         steps=(10.0, 10.0),
+        units=(("Nm", "rad"),) * 2,
         opened=(),
         loops=("torso_orientation", "modified_wrench.T.x", "modified_wrench.T.y"),
         knob="control.stabilizer.damping",
@@ -108,11 +115,12 @@ RECIPES = {
             "plant.applied_generalized_force.v.torso_vy",
         ),
         outputs=(
-            "torso_orientation.phi.x",
             "torso_orientation.phi.y",
+            "torso_orientation.phi.x",
             "contact_wrench_l.wrench.F_z",
         ),
         steps=(10.0, 10.0),
+        units=(("N", "rad"),) * 2,
         opened=(),
         loops=("measured_wrench", "torso_orientation", "modified_wrench.F.z"),
         knob="control.force.time_constant",

@@ -3,6 +3,7 @@
 import math
 
 from lola_drake.analysis.linear.analyses import Analysis, Loop
+from lola_drake.analysis.linear.frequency import LOWEST
 from lola_drake.analysis.linear.margins import Margins, disk_gain, disk_phase
 from lola_drake.analysis.linear.poles import Pole
 from lola_drake.analysis.linear.text_table import Table
@@ -24,7 +25,8 @@ def _headline(analysis: Analysis) -> str:
     lines = [f"{analysis.name}: {analysis.recipe.doc}"]
     if point.residual is None:
         drift = model.operating_point.residual
-        lines.append(f"at {point.description}, frozen in time (no equilibrium: drift {drift:.1e})")
+        lines.append(f"at {point.description}, frozen in time (no equilibrium: drift {drift:.1e}):")
+        lines.append("what is not much faster than a step says nothing about stability here")
     else:
         lines.append(f"at {point.description}, an equilibrium to {point.residual:.1e} per tick")
     cut, held = model.operating_point.cut, model.operating_point.held
@@ -127,7 +129,7 @@ def _at(value: float, frequency: float, unit: str = "") -> str:
     """Return a margin and where it is reached; `any` where it is never reached."""
     if not math.isfinite(value) or not math.isfinite(frequency):
         return "any"
-    return f"{value:.2f}{unit} ({frequency:.3g} Hz)"
+    return f"{value:.2f}{unit} ({frequency if frequency > LOWEST else 0:.3g} Hz)"
 
 
 def _damping(pole: Pole) -> float:
