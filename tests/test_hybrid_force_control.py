@@ -12,6 +12,7 @@ from lola_drake.blocks.hybrid_force_control import (
     HybridForceControl,
     HybridForceControlParams,
     force_control_rate,
+    held_time_constant,
     limited_rate,
     modification_rate,
     wrench_at_tcp,
@@ -75,11 +76,11 @@ def test_error_of_an_ideal_contact_decays_with_the_time_constant():
     wrench, desired = np.array([10.0, -5.0, 300.0]), np.array([0.0, 4.0, 400.0])
     start = desired - wrench
     for _ in range(round(delta / PERIOD)):
-        rate = force_control_rate(np.linalg.inv(U), desired - wrench, np.zeros(3), delta)
+        held = held_time_constant(delta, PERIOD)
+        rate = force_control_rate(np.linalg.inv(U), desired - wrench, np.zeros(3), held)
         wrench = wrench + PERIOD * U @ rate
     ratio = (desired - wrench) / start
-    assert ratio == pytest.approx(np.full(3, (1 - PERIOD / delta) ** 20))
-    assert ratio == pytest.approx(np.full(3, np.exp(-1)), rel=0.03)
+    assert ratio == pytest.approx(np.full(3, np.exp(-1)))
 
 
 def test_a_moving_desired_wrench_is_followed_without_lag():
@@ -98,7 +99,7 @@ def test_the_block_lets_the_error_of_an_ideal_contact_decay():
         foot.press(300.0 + U[2, 2] * foot.modification()[2])
         foot.step()
     left = 10.0 - U[2, 2] * foot.modification()[2]
-    assert left / 10.0 == pytest.approx(0.95**20, rel=1e-6)
+    assert left / 10.0 == pytest.approx(np.exp(-1), rel=1e-6)
 
 
 def test_more_desired_force_lowers_the_foot():
@@ -231,7 +232,7 @@ def test_height_of_an_unloaded_foot_is_force_controlled():
     foot.press(0.0)
     foot.desire([0.0, 0.0, 30.0])
     foot.step()
-    assert foot.modification()[2] == pytest.approx(PERIOD * 30.0 / (U[2, 2] * 0.02))
+    assert foot.modification()[2] == pytest.approx((1 - np.exp(-PERIOD / 0.02)) * 30.0 / U[2, 2])
 
 
 def test_without_leveling_an_unloaded_foot_keeps_to_the_torso():

@@ -32,6 +32,7 @@ from lola_drake.blocks.hybrid_force_control import (
     FORCE_CONTROLLED,
     FootSensor,
     HybridForceControlParams,
+    held_time_constant,
     limited_rate,
     wrench_at_tcp,
 )
@@ -279,7 +280,8 @@ class ConfigurationForceControl(LeafSystem):
             force_by_joints=spring_gradient(points, height_rates, self._stiffness),
             force_by_task=spring_gradient(points, _RIGID_HEIGHT_RATES, self._stiffness),
             task_by_joints=kinematics.jacobian[FOOT_TASK * foot + FORCE_CONTROLLED],
-            force_rate=desired[DESIRED_WRENCH.slice(f"rate_{FEET[foot]}")] + error / time_constant,
+            force_rate=desired[DESIRED_WRENCH.slice(f"rate_{FEET[foot]}")]
+            + error / held_time_constant(time_constant, self._period),
             deviation=self._modifications[foot].Eval(context) - level,
             blend=np.array([blend * grip, blend * grip, blend]),
             position_gain=position_gain,

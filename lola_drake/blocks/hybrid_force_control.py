@@ -21,7 +21,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from pydrake.math import cos, sin
+from pydrake.math import cos, exp, sin
 
 from lola_drake.blocks.scalars import AlgebraicSystem, convertible
 from lola_drake.parameters import parameter, validate
@@ -138,6 +138,14 @@ def force_control_rate(
 ) -> np.ndarray:
     """Return w_f' of eq. 15 (sin gamma_x, sin gamma_y, z per second), shape (3,)."""
     return inverse_contact_matrix.dot(desired_rate + error / time_constant)
+
+
+def held_time_constant(time_constant: float, period: float) -> float:
+    """Return what to divide the error by (s) when the rate is held for a period.
+
+    The error of an ideal contact is then exp(-period/delta) of itself in the next tick.
+    """
+    return period / (1 - exp(-period / time_constant))
 
 
 def modification_rate(
@@ -269,7 +277,7 @@ class HybridForceControl(AlgebraicSystem):
             self._inverse,
             desired[self._desired_wrench] - contact,
             desired[self._desired_rate],
-            time_constant,
+            held_time_constant(time_constant, self._period),
         ).tolist()
         com_dynamics_rate = self._com_dynamics.Eval(context).tolist()
         phi_x, phi_y, _, _ = self._orientation.Eval(context).tolist()
