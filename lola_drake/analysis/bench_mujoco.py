@@ -130,7 +130,12 @@ def _ratios(step_us: dict[str, list[float]]) -> dict[str, object]:
 
 
 def _statics(engines: Engines) -> dict[str, object]:
-    """Compare weights and, on average over some time, how the robots stand."""
+    """Compare weights and, on average over some time, how the robots stand.
+
+    Torques about the hips' adduction axes differ most: the feet push each other apart a little,
+    and MuJoCo's friction gives way to that, slowly. The toes come next, for MuJoCo's pads rest on
+    their corners.
+    """
     ticks = round(AVERAGE / PERIOD)
     stands = {
         name: _twin_stand(engine, ticks) if isinstance(engine, Twin) else _stand(engine, ticks)
