@@ -4,6 +4,8 @@ MuJoCo reads links, joints, damping, and limits of angle and torque from the URD
 file says to Drake alone is added here: the free torso, the rotors' inertia as armature, the pads;
 and what no URDF says: the servos and the ground. MuJoCo gives the place of a free body before its
 quaternion (w, x, y, z), and the angular velocity in the body's own frame.
+
+Without the package mujoco, importing this raises an AnalysisError that names the extra.
 """
 
 import xml.etree.ElementTree as ElementTree
@@ -49,9 +51,6 @@ def mujoco_twin(
         ground: the floor's stiffness, dissipation and friction. The corners of the pads stand on
             springs that are together as stiff as Drake's ground under a whole foot.
         own_contact: leave stiffness, damping and friction cone as MuJoCo has them by default.
-
-    Raises:
-        AnalysisError: On import, if the package mujoco is missing.
     """
     urdf = ElementTree.parse(models_dir() / "lola" / "lola.urdf").getroot()
     armature, pads = _armatures(urdf), _pad_places(urdf)
