@@ -182,13 +182,19 @@ def settling_time(times: np.ndarray, torso_pose: np.ndarray) -> float | None:
 
 
 def vertical_acceleration(times: np.ndarray, height: np.ndarray) -> np.ndarray:
-    """Return the second derivative of a height (m/s^2), smoothed over `SMOOTHING` samples."""
+    """Return the second derivative of a height (m/s^2), shape (n,).
+
+    It is that of the parabola which fits `SMOOTHING` samples around each sample best (Savitzky
+    and Golay), and near the ends of the first or last parabola.
+    """
     if len(times) < SMOOTHING:
         return np.zeros(len(times))
-    from scipy.signal import savgol_filter  # slow to import, and not needed to simulate
-
     period = (times[-1] - times[0]) / (len(times) - 1)
-    return savgol_filter(height, SMOOTHING, polyorder=2, deriv=2, delta=period)
+    reach = SMOOTHING // 2
+    squares = np.arange(-reach, reach + 1) ** 2.0
+    squares -= squares.mean()
+    curvature = np.convolve(height, squares, "valid") / (squares @ squares)
+    return np.pad(2 * curvature / period**2, reach, mode="edge")
 
 
 def steps_beyond_limits(signals: Signals, limits: Limits) -> dict[str, int]:

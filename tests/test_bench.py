@@ -5,7 +5,7 @@ import pytest
 
 from lola_drake.analysis import bench as module
 from lola_drake.analysis.bench import bench
-from lola_drake.analysis.tables import bench_table
+from lola_drake.analysis.bench_tables import bench_table
 
 BLOCKS = {
     "walking_pattern",
@@ -56,14 +56,14 @@ def test_table_shows_every_block(content):
 
 def test_another_motion_of_the_bare_plant_is_an_error(monkeypatch):
     """A replay that is wrong in one tick must not pass for the same walk."""
-    record = module._record_commands
+    record = module.record_commands
 
     def wrong(scenario, end):
         commands = record(scenario, end)
         commands[len(commands) // 2, 0] += 1e-3
         return commands
 
-    monkeypatch.setattr(module, "_record_commands", wrong)
+    monkeypatch.setattr(module, "record_commands", wrong)
     monkeypatch.setattr(module, "_import_times", lambda: [1.0])
     monkeypatch.setattr(module, "_block_times", lambda *_: {"none": 0.0})
     with pytest.raises(ArithmeticError, match="has not walked"):

@@ -141,3 +141,67 @@ def test_tune_writes_its_record(lola, tmp_path):
     assert {run.variant for run in lola.runs} == {"ref"}
     assert content["chosen"] == content["start"]
     assert "pattern.double_support (s)" in done.stdout
+
+
+SPREAD = {"min": 1.0, "median": 2.0}
+BENCH = {
+    "scenario": "walk_flat",
+    "repeats": 3,
+    "closed_loop_over_plant": SPREAD,
+    "real_time_factor": SPREAD,
+    "tick_us": {"closed_loop": SPREAD, "plant": SPREAD, "all_blocks": SPREAD, "blocks": {}},
+    "import_s": SPREAD,
+    "build_s": SPREAD,
+    "peak_memory_mb": 1.0,
+}
+SCALING = {
+    "cost_60_s_over_10_s": SPREAD,
+    "two_processes_over_one": SPREAD,
+    "memory_mb": {"after_10_s": 170.0},
+}
+
+
+@pytest.fixture
+def lola_bench(monkeypatch, tmp_path):
+    """Return a function that runs `lola bench` in an empty folder, without measuring anything."""
+    monkeypatch.chdir(tmp_path)
+    measured = []
+
+    def stand_in(name, result):
+        def measure(repeats, progress):
+            measured.append((name, repeats))
+            return dict(result)
+
+        monkeypatch.setattr(f"lola_drake.analysis.{name}.{name}", measure)
+
+    def run(*arguments):
+        return CliRunner().invoke(app, ["bench", *arguments])
+
+    stand_in("bench", BENCH)
+    stand_in("bench_scaling", SCALING)
+    run.measured = measured
+    return run
+
+
+def test_bench_measures_what_is_asked_for(lola_bench, tmp_path):
+    done = lola_bench("--repeats", "3")
+    assert done.exit_code == 0, done.output
+    assert lola_bench.measured == [("bench", 3)]
+    assert json.loads((tmp_path / "bench.json").read_text()) == BENCH
+    done = lola_bench("--scaling", "--json", "-o", "b.json")
+    assert json.loads(done.stdout) == BENCH | {"scaling": SCALING}
+    assert lola_bench.measured[1:] == [("bench", 5), ("bench_scaling", 5)]
+
+
+def test_bench_shows_how_long_runs_scale(lola_bench):
+    done = lola_bench("--scaling")
+    assert "two processes / one" in done.stdout and "170" in done.stdout
+
+
+def test_bench_says_which_package_is_missing_before_it_measures(lola_bench, monkeypatch):
+    monkeypatch.setitem(sys.modules, "mujoco", None)
+    for name in ("bench_mujoco", "mujoco_twin"):
+        monkeypatch.delitem(sys.modules, f"lola_drake.analysis.{name}", raising=False)
+    done = lola_bench("--vs-mujoco")
+    assert done.exit_code == 2 and not lola_bench.measured
+    assert done.stderr == "lola: MuJoCo needs a package: pip install 'lola_drake[bench]'\n"

@@ -7,24 +7,23 @@ stride. Judge by the ratio of the first two: all else depends on the machine.
 """
 
 import os
-import platform
+import re
 import resource
 import subprocess
 import sys
 import time
 import timeit
 from collections.abc import Callable, Iterable
+from pathlib import Path
 
 import numpy as np
 from pydrake.systems.analysis import Simulator
-from pydrake.systems.framework import Context, Diagram, DiagramBuilder, LeafSystem
-from pydrake.systems.primitives import Demultiplexer
+from pydrake.systems.framework import Context, Diagram, LeafSystem
 
-from lola_drake.blocks.joint_servos import set_servo_gains
-from lola_drake.plant import add_plant, set_start
+from lola_drake.analysis.bare_plant import bare_plant, record_commands
 from lola_drake.results import software_versions
 from lola_drake.scenario import Scenario, load_scenario
-from lola_drake.signals import JOINTS, PERIOD
+from lola_drake.signals import PERIOD
 from lola_drake.simulation import build_simulation
 
 TURN = 0.05
@@ -36,8 +35,6 @@ LOOKS = 4
 CALLS, BATCHES = 10, 5
 """How often each block is evaluated then: the quickest batch counts."""
 
-_COMMANDS = ("joint_desired_state", "joint_feedforward")
-
 
 def bench(repeats: int = 5, progress: Callable[[int], None] | None = None) -> dict[str, object]:
     """Measure and return the content of bench.json.
@@ -46,11 +43,11 @@ def bench(repeats: int = 5, progress: Callable[[int], None] | None = None) -> di
         repeats: number of strides that are measured.
         progress: called with the number of strides measured so far.
     """
-    scenario, begin, stride = _walk(repeats)
+    scenario, begin, stride = steady_walk(repeats)
     end = begin + repeats * stride
     imports, builds = _import_times(), _build_times(scenario)
-    commands = _record_commands(scenario, end)
-    loop, plant = Simulator(build_simulation(scenario)), Simulator(_bare_plant(scenario, commands))
+    commands = record_commands(scenario, end)
+    loop, plant = Simulator(build_simulation(scenario)), Simulator(bare_plant(scenario, commands))
     for simulator in (loop, plant):
         simulator.AdvanceTo(begin)
     loop_us, plant_us, blocks_us = [], [], []
@@ -59,7 +56,7 @@ def bench(repeats: int = 5, progress: Callable[[int], None] | None = None) -> di
         turns = round(stride / TURN)
         for turn in range(turns):
             until = begin + repeat * stride + (turn + 1) * TURN
-            taken += [_advance(simulator, until) for simulator in (loop, plant)]
+            taken += [time_to_advance(simulator, until) for simulator in (loop, plant)]
             if (turn + 1) % (turns // LOOKS) == 0:
                 looks.append(_block_times(loop.get_system(), loop.get_context()))
         loop_us.append(taken[0] / stride * PERIOD * 1e6)
@@ -72,25 +69,23 @@ def bench(repeats: int = 5, progress: Callable[[int], None] | None = None) -> di
     return {
         "scenario": scenario.name,
         "repeats": repeats,
-        "closed_loop_over_plant": _spread(tick / plant_us),
-        "real_time_factor": _spread(PERIOD * 1e6 / tick),
+        "closed_loop_over_plant": spread(tick / plant_us),
+        "real_time_factor": spread(PERIOD * 1e6 / tick),
         "tick_us": {
-            "closed_loop": _spread(tick),
-            "plant": _spread(plant_us),
-            "all_blocks": _spread([sum(times.values()) for times in blocks_us]),
-            "blocks": {
-                name: _spread([times[name] for times in blocks_us]) for name in blocks_us[0]
-            },
+            "closed_loop": spread(tick),
+            "plant": spread(plant_us),
+            "all_blocks": spread([sum(times.values()) for times in blocks_us]),
+            "blocks": {name: spread([times[name] for times in blocks_us]) for name in blocks_us[0]},
         },
-        "import_s": _spread(imports),
-        "build_s": _spread(builds),
-        "peak_memory_mb": _peak_memory_mb(),
+        "import_s": spread(imports),
+        "build_s": spread(builds),
+        "peak_memory_mb": peak_memory_mb(),
         "cpu_count": os.cpu_count(),
         "versions": software_versions(),
     }
 
 
-def _walk(repeats: int) -> tuple[Scenario, float, float]:
+def steady_walk(repeats: int) -> tuple[Scenario, float, float]:
     """Return a walk that is long enough, when it is steady, and how long a stride takes (s)."""
     scenario = load_scenario("walk_flat")
     pattern = scenario.pattern
@@ -100,51 +95,7 @@ def _walk(repeats: int) -> tuple[Scenario, float, float]:
     return load_scenario("walk_flat", {"walk.steps.0.count": steps}), begin, stride
 
 
-def _record_commands(scenario: Scenario, end: float) -> np.ndarray:
-    """Return what the servos get in every tick of the closed loop, shape (ticks, 72)."""
-    diagram = build_simulation(scenario)
-    simulator = Simulator(diagram)
-    controller = diagram.GetSubsystemByName("controller")
-    context = controller.GetMyContextFromRoot(simulator.get_context())
-    ports = [controller.GetOutputPort(name) for name in _COMMANDS]
-    # One row more: rounding may let the simulation go one tick beyond the end.
-    commands = np.empty((round(end / PERIOD) + 1, 3 * len(JOINTS)))
-    for tick, command in enumerate(commands):
-        command[:] = np.concatenate([port.Eval(context) for port in ports])
-        simulator.AdvanceTo((tick + 1) * PERIOD)
-    return commands
-
-
-class _Replay(LeafSystem):
-    """Gives one row of a table per tick."""
-
-    def __init__(self, rows: np.ndarray):
-        super().__init__()
-        self._rows = rows
-        self.DeclareVectorOutputPort("row", rows.shape[1], self._calc, {self.time_ticket()})
-
-    def _calc(self, context, output):
-        output.set_value(self._rows[round(context.get_time() / PERIOD)])
-
-
-def _bare_plant(scenario: Scenario, commands: np.ndarray) -> Diagram:
-    """Return the plant of a scenario with servos that get the commands of a table."""
-    builder = DiagramBuilder()
-    plant, _ = add_plant(builder, scenario.ground)
-    plant.Finalize()
-    set_servo_gains(plant, scenario.control.servos)
-    stance = build_simulation(scenario).GetSubsystemByName("controller").stance
-    set_start(plant, scenario.start, scenario.ground, stance.q, stance.p_PT)
-    replay = builder.AddSystem(_Replay(commands))
-    parts = builder.AddSystem(Demultiplexer([2 * len(JOINTS), len(JOINTS)]))
-    builder.Connect(replay.get_output_port(), parts.get_input_port())
-    robot = plant.GetModelInstanceByName("lola")
-    builder.Connect(parts.get_output_port(0), plant.get_desired_state_input_port(robot))
-    builder.Connect(parts.get_output_port(1), plant.get_actuation_input_port())
-    return builder.Build()
-
-
-def _advance(simulator: Simulator, until: float) -> float:
+def time_to_advance(simulator: Simulator, until: float) -> float:
     """Return how long it takes to simulate until then (s)."""
     begin = time.perf_counter()
     simulator.AdvanceTo(until)
@@ -233,12 +184,17 @@ def _build_times(scenario: Scenario, repeats: int = 3) -> list[float]:
     return taken
 
 
-def _peak_memory_mb() -> float:
-    """Return the greatest memory this process has had."""
-    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-    return peak / (1e6 if platform.system() == "Darwin" else 1e3)
+def peak_memory_mb() -> float:
+    """Return the greatest memory this process has had (MB)."""
+    status = Path("/proc/self/status")
+    if status.exists():
+        # What Linux reports as ru_maxrss begins with the memory of the parent process.
+        peak = re.search(r"VmHWM:\s*(\d+) kB", status.read_text(encoding="ascii"))
+        return int(peak[1]) * 1024 / 1e6
+    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e6
 
 
-def _spread(values: Iterable[float]) -> dict[str, float]:
+def spread(values: Iterable[float]) -> dict[str, float]:
+    """Return the least and the median of repeated measurements."""
     values = np.asarray(values)
     return {"min": float(values.min()), "median": float(np.median(values))}

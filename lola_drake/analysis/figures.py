@@ -5,6 +5,8 @@ from io import BytesIO
 from pathlib import Path
 
 import numpy as np
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
@@ -205,13 +207,17 @@ def draw_figures(result: Result) -> dict[str, Figure]:
 
 def figure_bytes(figure: Figure, kind: str) -> bytes:
     """Return a figure as "svg" or "png"; it is laid out once, for all formats."""
-    options = {"metadata": {"Date": None}} if kind == "svg" else {"dpi": 150}
     file = BytesIO()
     with look():
         figure.align_ylabels()
         figure.get_layout_engine().execute(figure)
         figure.set_layout_engine("none")
-        figure.savefig(file, format=kind, **options)
+        # By the canvas itself: what is laid out once savefig would draw twice.
+        if kind == "svg":
+            FigureCanvasSVG(figure).print_svg(file, metadata={"Date": None})
+        else:
+            figure.set_dpi(150)
+            FigureCanvasAgg(figure).print_png(file)
     return file.getvalue()
 
 

@@ -51,7 +51,7 @@ def packed_replay(result: Result) -> str:
     Meshcat itself and the robot's meshes are most of it, and shrink well.
     """
     page = replay_page(result)
-    return base64.b64encode(gzip.compress(page.encode(), 9, mtime=0)).decode()
+    return base64.b64encode(gzip.compress(page.encode(), 6, mtime=0)).decode()
 
 
 def replay_page(result: Result) -> str:

@@ -1,4 +1,4 @@
-"""What the studies print: tables of comparisons, reproduction, search for gains, and speed."""
+"""What the studies print: tables of comparisons, reproduction, and search for gains."""
 
 from collections.abc import Mapping
 
@@ -74,30 +74,6 @@ def tuning_table(content: Mapping) -> Table:
     table.add_section()
     for name in ("falls", "overloaded", "inclination_deg"):
         table.add_row(name, *(number(trial[name]) for trial in (start, chosen)))
-    return table
-
-
-def bench_table(content: Mapping) -> Table:
-    """Return the content of bench.json as a table."""
-    table = Table(title=f"A tick of {content['scenario']}, {content['repeats']} strides")
-    table.add_column("")
-    for name in ("min", "median"):
-        table.add_column(name, justify="right")
-
-    def add(name: str, spread: Mapping, **style) -> None:
-        table.add_row(name, *(number(spread[key]) for key in ("min", "median")), **style)
-
-    add("closed loop / bare plant", content["closed_loop_over_plant"])
-    add("real-time factor", content["real_time_factor"], end_section=True)
-    tick = content["tick_us"]
-    for name in ("closed_loop", "plant", "all_blocks"):
-        add(f"{name.replace('_', ' ')} (us)", tick[name])
-    for name, spread in tick["blocks"].items():
-        add(f"  {name}", spread)
-    table.add_section()
-    add("import (s)", content["import_s"])
-    add("build the diagram (s)", content["build_s"])
-    table.add_row("peak memory (MB)", number(content["peak_memory_mb"]), "")
     return table
 
 
