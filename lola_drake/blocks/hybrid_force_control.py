@@ -51,7 +51,7 @@ class HybridForceControlParams:
         6.0, "K_x, return of the swing foot to the plan", "1/s", minimum=0
     )
     model_stiffness: float = parameter(
-        1.2e5,
+        1.05e5,
         "vertical stiffness of a whole foot in U; softer than the pads, see the README",
         "N/m",
         above=0,

@@ -35,7 +35,7 @@ _DELTA_Z = TASK_MODIFICATION.slice("delta_w").start + 2
 class ImuStabilizerParams:
     """Gains of the inclination and height feedback."""
 
-    stiffness: float = parameter(1200.0, "torque per inclination", "Nm/rad", minimum=0)
+    stiffness: float = parameter(1600.0, "torque per inclination", "Nm/rad", minimum=0)
     damping: float = parameter(300.0, "torque per rate of inclination", "Nms/rad", minimum=0)
     torque_limit: float = parameter(120.0, "greatest torque that is added", "Nm", above=0)
     height_stiffness: float = parameter(

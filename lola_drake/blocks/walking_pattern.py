@@ -44,7 +44,7 @@ class WalkingPatternParams:
 
     step_time: float = parameter(0.8, "from touchdown to touchdown (paper)", "s", minimum=0.4)
     double_support: float = parameter(
-        0.3, "part of the step in which both feet carry", "s", minimum=0.05
+        0.34, "part of the step in which both feet carry", "s", minimum=0.05
     )
     first_double_support: float = parameter(
         0.8, "shift of the load before the first step", "s", minimum=0.2
@@ -60,7 +60,7 @@ class WalkingPatternParams:
         0.87, "height of the CoM above the ground", "m", minimum=0.6, maximum=0.95
     )
     zmp_forward: float = parameter(
-        -0.02, "ZMP under a loaded foot, forward of the TCP", "m", minimum=-0.1, maximum=0.1
+        -0.03, "ZMP under a loaded foot, forward of the TCP", "m", minimum=-0.1, maximum=0.1
     )
     zmp_inward: float = parameter(
         0.05, "ZMP under a loaded foot, inward of the TCP", "m", minimum=-0.05, maximum=0.09
