@@ -6,19 +6,18 @@ others answer at once.
 """
 
 import json
-from collections.abc import Callable, Iterator
-from contextlib import AbstractContextManager, contextmanager, nullcontext
+from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 from rich.console import Console
-from rich.progress import BarColumn, Progress, ProgressColumn, Task, TextColumn, TimeElapsedColumn
+from rich.progress import ProgressColumn, Task, TextColumn
 from rich.table import Table
 from rich.text import Text
 
 from lola_drake import cli_linear, cli_pictures, cli_studies
-from lola_drake.cli_common import INTERRUPTED, Host, Json, errors_in_one_line
+from lola_drake.cli_common import INTERRUPTED, Host, Json, errors_in_one_line, progress_bar
 from lola_drake.paths import list_scenarios
 
 if TYPE_CHECKING:
@@ -73,7 +72,7 @@ def simulate(
         folder = output or Path("runs") / chosen.name
         check_folder(folder, force=force)
         view = cli_pictures.live_view(chosen, host) if meshcat else None
-        with _progress(chosen.name, chosen.duration, show=not quiet) as advance:
+        with _simulated(chosen.name, chosen.duration, show=not quiet) as advance:
             result = run(chosen, progress=advance, attend=view)
         result = view.signed(result) if view else result
         result.save(folder, force=force)
@@ -109,22 +108,12 @@ class _RealTimeRate(ProgressColumn):
         return Text(f"{rate:.1f}x real time")
 
 
-@contextmanager
-def _progress(name: str, duration: float, *, show: bool) -> Iterator[Callable | None]:
-    """Show a progress bar on stderr; gives the function that takes the simulated time."""
+def _simulated(name: str, duration: float, *, show: bool) -> AbstractContextManager:
+    """Show how much of a run's duration (s) is simulated."""
     if not show:
-        yield None
-        return
-    columns = (
-        TextColumn(name),
-        BarColumn(),
-        TextColumn("{task.completed:.1f} of {task.total:.1f} s"),
-        _RealTimeRate(),
-        TimeElapsedColumn(),
-    )
-    with Progress(*columns, console=Console(stderr=True), transient=True) as progress:
-        task = progress.add_task(name, total=duration)
-        yield lambda time: progress.update(task, completed=time)
+        return nullcontext()
+    time = TextColumn("{task.completed:.1f} of {task.total:.1f} s")
+    return progress_bar(name, duration, time, _RealTimeRate())
 
 
 def _status(text: str, *, show: bool) -> AbstractContextManager:

@@ -1,10 +1,12 @@
 """What the commands of `lola` share."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Annotated
 
 import typer
+from rich.console import Console
+from rich.progress import BarColumn, Progress, ProgressColumn, TextColumn, TimeElapsedColumn
 
 INTERRUPTED = 130
 """Exit code after Ctrl-C, as shells give it."""
@@ -29,3 +31,24 @@ def errors_in_one_line() -> Iterator[None]:
     except (ScenarioError, ResultError, PictureError, AnalysisError) as error:
         typer.echo(f"lola: {error}", err=True)
         raise typer.Exit(2) from None
+
+
+COUNT = TextColumn("{task.completed} of {task.total}")
+"""How much is done, in a progress bar of things that are counted."""
+
+
+@contextmanager
+def progress_bar(
+    name: str, total: float | None, *columns: ProgressColumn
+) -> Iterator[Callable[..., None]]:
+    """Show a progress bar on stderr; gives the function that takes what is done, and of how much.
+
+    Args:
+        name: what is going on.
+        total: how much there is to do; None if that is not known yet.
+        columns: what to show behind the bar.
+    """
+    columns = TextColumn(name), BarColumn(), *columns, TimeElapsedColumn()
+    with Progress(*columns, console=Console(stderr=True), transient=True) as progress:
+        task = progress.add_task(name, total=total)
+        yield lambda done, of=total: progress.update(task, completed=done, total=of)

@@ -1,16 +1,12 @@
 """The commands of `lola` for linear analysis: models, stability maps, the gait's own stability."""
 
 import json
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
-from rich.console import Console
-from rich.progress import Progress
 
-from lola_drake.cli_common import Json, errors_in_one_line
+from lola_drake.cli_common import COUNT, Json, errors_in_one_line, progress_bar
 
 if TYPE_CHECKING:
     from lola_drake.analysis.linear.analyses import Analysis
@@ -96,7 +92,7 @@ def map_(
     mode = FlexibleTorso(torso, torso_damping, torso_share) if torso else None
     with errors_in_one_line():
         kind, chosen = map_kind(name), load_scenario(scenario, changes or [])
-        with _progress(name) as advance:
+        with progress_bar(name, None, COUNT) as advance:
             result = stability_map(kind, chosen, at, mode, jobs, advance)
         borders = compare_borders(chosen, result.at) if check else None
         file = f"map_{name}_flexible" if mode and name != "torso" else f"map_{name}"
@@ -135,7 +131,7 @@ def poincare(
     with errors_in_one_line():
         for variant in variants or ["ref", "dyn"]:
             chosen = load_scenario(scenario, [*(changes or []), f"variant={variant}"])
-            with _progress(f"{scenario} {variant}") as advance:
+            with progress_bar(f"{scenario} {variant}", None, COUNT) as advance:
                 maps[variant] = stride_map(chosen, jobs, advance)
         paths = _save({f"poincare_{scenario}": multipliers_figure(maps)}, output)
     if as_json:
@@ -144,14 +140,6 @@ def poincare(
     for variant, stride in maps.items():
         print(f"{scenario} ({variant})", stride.as_text(), sep="\n", end="\n\n")
     print(*paths, sep="\n")
-
-
-@contextmanager
-def _progress(name: str) -> Iterator[Callable[[int, int], None]]:
-    """Show a progress bar on stderr; gives the function that takes what is done of how much."""
-    with Progress(console=Console(stderr=True), transient=True) as bar:
-        task = bar.add_task(name, total=None)
-        yield lambda done, of: bar.update(task, completed=done, total=of)
 
 
 def _measure(analysis: "Analysis"):

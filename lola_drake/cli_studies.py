@@ -1,16 +1,15 @@
 """The commands of `lola` that run many simulations: compare, reproduce, tune, bench."""
 
 import json
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 from rich.console import Console
-from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
-from lola_drake.cli_common import INTERRUPTED, Json, errors_in_one_line
+from lola_drake.cli_common import COUNT, INTERRUPTED, Json, errors_in_one_line, progress_bar
 
 if TYPE_CHECKING:
     from lola_drake.analysis.study import Study
@@ -86,7 +85,7 @@ def reproduce(
     total = 2 * len(EXPERIMENTS) * max(samples, 1)
     with errors_in_one_line():
         study = Study(folder / "runs.jsonl")
-        with _keeping(study), _progress("reproduction", total) as advance:
+        with _keeping(study), progress_bar("reproduction", total, COUNT) as advance:
             outcomes = run_experiments(study, samples, jobs, advance)
         content = reproduction(outcomes)
         write_json(content, folder / "reproduction.json")
@@ -118,7 +117,7 @@ def tune(
     folder = output or Path("runs") / "tuning"
     with errors_in_one_line():
         study = Study(folder / "runs.jsonl")
-        with _keeping(study), _progress("trials", budget) as advance:
+        with _keeping(study), progress_bar("trials", budget, COUNT) as advance:
             trials = search(study, samples, budget, jobs, lambda trials: advance(len(trials)))
         content = record(trials, samples)
         write_json(content, folder / "tuning.json")
@@ -158,10 +157,10 @@ def bench(
             from lola_drake.analysis.bench_scaling import bench_scaling
 
             more["scaling"] = bench_scaling
-        with _progress("strides", repeats) as advance:
+        with progress_bar("strides", repeats, COUNT) as advance:
             content = measure(repeats, advance)
         for name, measure_more in more.items():
-            with _progress(name, repeats) as advance:
+            with progress_bar(name, repeats, COUNT) as advance:
                 content[name] = measure_more(repeats, advance)
         write_json(content, output)
     if as_json:
@@ -184,17 +183,3 @@ def _keeping(study: "Study") -> Iterator[None]:
     except KeyboardInterrupt:
         typer.echo(f"lola: stopped; what is done is kept in {study.file}, start again", err=True)
         raise typer.Exit(INTERRUPTED) from None
-
-
-@contextmanager
-def _progress(name: str, total: int) -> Iterator[Callable[[int], None]]:
-    """Show a progress bar on stderr; gives the function that takes what is done."""
-    columns = (
-        TextColumn(name),
-        BarColumn(),
-        TextColumn("{task.completed} of {task.total}"),
-        TimeElapsedColumn(),
-    )
-    with Progress(*columns, console=Console(stderr=True), transient=True) as progress:
-        task = progress.add_task(name, total=total)
-        yield lambda done: progress.update(task, completed=done)

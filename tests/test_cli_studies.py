@@ -21,7 +21,8 @@ def lola(make_result, monkeypatch, tmp_path):
 
     def simulate(scenario):
         runs.append(scenario)
-        fell = scenario.variant == "ref" and scenario.ground.obstacles[0].height == 0.07
+        heights = [obstacle.height for obstacle in scenario.ground.obstacles]
+        fell = scenario.variant == "ref" and 0.07 in heights
         fall = {"completed": False, "fall_time": 1.5} if fell else {}
         result = make_result(scenario, steps=2, **fall)
         inclination = np.radians(1.0 if scenario.variant == "dyn" else 2.0)
@@ -137,7 +138,7 @@ def test_tune_writes_its_record(lola, tmp_path):
     assert done.exit_code == 0, done.output
     content = json.loads((tmp_path / "runs" / "tuning" / "tuning.json").read_text())
     assert len(content["trials"]) == 3 and content["seeds"] == [1000, 1001]
-    assert len(lola.runs) == 3 * 2 * len(tuning.SCENARIOS)
+    assert len(lola.runs) == 3 * 2 * (len(tuning.SCENARIOS) + 1)
     assert {run.variant for run in lola.runs} == {"ref"}
     assert content["chosen"] == content["start"]
     assert "pattern.double_support (s)" in done.stdout

@@ -105,7 +105,7 @@ def test_a_context_around_the_system_will_do(standing):
     model = lola.linearize(
         stabilizer, "torso_orientation.phi", "modified_wrench.T", standing.context
     )
-    np.testing.assert_allclose(model.D[:2], -1200.0 * np.eye(2), rtol=1e-6)
+    np.testing.assert_allclose(model.D[:2], -1600.0 * np.eye(2), rtol=1e-6)
 
 
 def test_linearising_changes_nothing(standing):
