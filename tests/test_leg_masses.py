@@ -215,9 +215,9 @@ def test_its_rate_agrees_within_7_percent(both_momenta):
     assert rms(lumped - full) < 0.07 * rms(full)
 
 
-def test_yawing_momentum_agrees_within_15_percent(both_momenta):
+def test_yawing_momentum_agrees_within_a_fifth(both_momenta):
     lumped, full = both_momenta
-    assert rms((lumped - full)[:, 2]) < 0.15 * rms(full[:, 2])
+    assert rms((lumped - full)[:, 2]) < 0.2 * rms(full[:, 2])
 
 
 def test_rolling_momentum_agrees_roughly(both_momenta):
