@@ -11,7 +11,8 @@ from lola_drake.signals import PERIOD, PLANNED_MOTION, TASK_REFERENCE
 from lola_drake.theory.leg_masses import angular_momentum
 from lola_drake.theory.step_plan import PatternModel, plan_step
 
-PARAMS = WalkingPatternParams()
+PARAMS = WalkingPatternParams(double_support=0.3, zmp_forward=-0.02)
+"""The gait in which the figures below were measured; they depend on it a little."""
 STEP = 0.02
 TIME = STEP * np.arange(50)
 SIDES = np.array([1.0, -1.0, 1.0])
@@ -215,9 +216,9 @@ def test_its_rate_agrees_within_7_percent(both_momenta):
     assert rms(lumped - full) < 0.07 * rms(full)
 
 
-def test_yawing_momentum_agrees_within_a_fifth(both_momenta):
+def test_yawing_momentum_agrees_within_15_percent(both_momenta):
     lumped, full = both_momenta
-    assert rms((lumped - full)[:, 2]) < 0.2 * rms(full[:, 2])
+    assert rms((lumped - full)[:, 2]) < 0.15 * rms(full[:, 2])
 
 
 def test_rolling_momentum_agrees_roughly(both_momenta):

@@ -19,6 +19,7 @@ from lola_drake.blocks.hybrid_force_control import (
     HybridForceControl,
     HybridForceControlParams,
 )
+from lola_drake.blocks.imu_stabilizer import ImuStabilizerParams
 from lola_drake.robot import PADS
 from lola_drake.signals import DESIRED_WRENCH, GAIT_PHASE, JOINTS, MEASURED_WRENCH
 from lola_drake.theory.contact_model import contact_matrix
@@ -105,7 +106,7 @@ def test_a_context_around_the_system_will_do(standing):
     model = lola.linearize(
         stabilizer, "torso_orientation.phi", "modified_wrench.T", standing.context
     )
-    np.testing.assert_allclose(model.D[:2], -1600.0 * np.eye(2), rtol=1e-6)
+    np.testing.assert_allclose(model.D[:2], -ImuStabilizerParams().stiffness * np.eye(2), rtol=1e-6)
 
 
 def test_linearising_changes_nothing(standing):
