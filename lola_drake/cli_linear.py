@@ -85,7 +85,8 @@ def map_(
     """Map the stability of the closed loop over two parameters."""
     from lola_drake.analysis.linear.border import compare_borders
     from lola_drake.analysis.linear.flexible_torso import FlexibleTorso
-    from lola_drake.analysis.linear.stability_map import map_kind, stability_map
+    from lola_drake.analysis.linear.map_kinds import map_kind
+    from lola_drake.analysis.linear.stability_map import stability_map
     from lola_drake.analysis.linear.study_figures import map_figure
     from lola_drake.scenario import load_scenario
 

@@ -66,11 +66,13 @@ class Kinematics:
         self._positions[7:] = q
         plant, context = self.plant, self.context
         plant.SetPositions(context, self._positions)
-        self._com = com = plant.CalcCenterOfMassPositionInWorld(context)
-        # The torso's rows of the mass matrix are the momentum of the moving joints.
-        com_jacobian = plant.CalcMassMatrix(context)[3:6, 6:] / self.mass
+        # The torso's rows of the mass matrix are the momentum: of the moving joints, and, through
+        # the lever arm of the CoM, of the moving torso.
+        momentum = plant.CalcMassMatrix(context)[:6] / self.mass
+        com_jacobian = momentum[3:6, 6:]
         self._com_height_rates = com_jacobian[2]
-        c_x, c_y, c_z = com.tolist()
+        c_x, c_y, c_z = momentum.item(2, 4), momentum.item(0, 5), momentum.item(1, 3)
+        self._com = (c_x, c_y)
         w = []
         for i, frame in zip((0, FOOT_TASK), self._tcp, strict=True):
             spatial = plant.CalcJacobianSpatialVelocity(
@@ -97,7 +99,7 @@ class Kinematics:
             jacobian = self.plant.CalcJacobianTranslationalVelocity(
                 self.context, JacobianWrtVariable.kV, frame, p_BPads, self._world, self._world
             )
-            points.append(p_WPads[:2].T - self._com[:2] - tcp)
+            points.append(p_WPads[:2].T - self._com - tcp)
             rates.append(jacobian[2::3, 6:] - self._com_height_rates)
         return np.concatenate(points), np.concatenate(rates)
 

@@ -8,21 +8,23 @@ from lola_drake.analysis.linear.bench import make_bench
 from lola_drake.analysis.linear.border import predicted_border
 from lola_drake.analysis.linear.errors import AnalysisError
 from lola_drake.analysis.linear.flexible_torso import FlexibleTorso, with_torso
-from lola_drake.analysis.linear.poles import spectral_radius
-from lola_drake.analysis.linear.stability_map import (
+from lola_drake.analysis.linear.map_kinds import (
     DELTA,
     GAIN,
     MAPS,
     SETTINGS,
-    AtSetting,
     Axis,
     MapKind,
+    map_kind,
+)
+from lola_drake.analysis.linear.poles import spectral_radius
+from lola_drake.analysis.linear.stability_map import (
+    AtSetting,
     StabilityMap,
     finer,
     growth_rate,
     growth_rates,
     largest_share,
-    map_kind,
     stability_map,
 )
 from lola_drake.analysis.linear.study_figures import map_figure

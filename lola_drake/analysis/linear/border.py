@@ -8,9 +8,10 @@ from pydrake.systems.framework import Context
 from lola_drake.analysis.linear.bench import Bench, make_bench
 from lola_drake.analysis.linear.cut_blocks import own_context
 from lola_drake.analysis.linear.errors import AnalysisError
+from lola_drake.analysis.linear.map_kinds import DELTA
 from lola_drake.analysis.linear.operating_points import Situation
 from lola_drake.analysis.linear.poles import UNSTABLE
-from lola_drake.analysis.linear.stability_map import DELTA, growth_rate
+from lola_drake.analysis.linear.stability_map import growth_rate
 from lola_drake.analysis.linear.ticks import Ticks
 from lola_drake.analysis.linear.wiring import Wiring
 from lola_drake.scenario import Scenario

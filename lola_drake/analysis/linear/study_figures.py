@@ -9,14 +9,9 @@ from lola_drake.analysis.figure_style import add_title
 from lola_drake.analysis.linear.flexible_torso import FlexibleTorso
 from lola_drake.analysis.linear.frequency import Response
 from lola_drake.analysis.linear.look import COLOURS, FAINT, INK, LIMIT, in_look
+from lola_drake.analysis.linear.map_kinds import DELTA, GAIN, SETTINGS
 from lola_drake.analysis.linear.poincare import StrideMap
-from lola_drake.analysis.linear.stability_map import (
-    DELTA,
-    GAIN,
-    SETTINGS,
-    StabilityMap,
-    finer,
-)
+from lola_drake.analysis.linear.stability_map import StabilityMap, finer
 
 GROWTHS = (-1.0, -0.5, -0.2, -0.1, 0.0, 1.0, 5.0, 20.0, 100.0)
 """Levels of the growth rate (1/s): what is slow matters where it is stable."""
