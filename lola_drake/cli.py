@@ -17,7 +17,15 @@ from rich.table import Table
 from rich.text import Text
 
 from lola_drake import cli_linear, cli_pictures, cli_studies
-from lola_drake.cli_common import INTERRUPTED, Host, Json, errors_in_one_line, progress_bar
+from lola_drake.cli_common import (
+    INTERRUPTED,
+    Changes,
+    Host,
+    Json,
+    ScenarioName,
+    errors_in_one_line,
+    progress_bar,
+)
 from lola_drake.paths import list_scenarios
 
 if TYPE_CHECKING:
@@ -36,11 +44,8 @@ app.add_typer(cli_linear.app)
 
 @app.command()
 def simulate(
-    scenario: Annotated[str, typer.Argument(help="A name from `lola list`, or a YAML file.")],
-    changes: Annotated[
-        list[str] | None,
-        typer.Option("--set", metavar="KEY=VALUE", help="Change a value; may be repeated."),
-    ] = None,
+    scenario: ScenarioName,
+    changes: Changes = None,
     seed: Annotated[int | None, typer.Option(help="Seed of all random numbers.")] = None,
     variant: Annotated[str | None, typer.Option(help="ref, dyn or original.")] = None,
     output: Annotated[

@@ -13,6 +13,13 @@ INTERRUPTED = 130
 
 Json = Annotated[bool, typer.Option("--json", help="Print the result as JSON, and nothing else.")]
 
+ScenarioName = Annotated[str, typer.Argument(help="A name from `lola list`, or a YAML file.")]
+
+Changes = Annotated[
+    list[str] | None,
+    typer.Option("--set", metavar="KEY=VALUE", help="Change a value; may be repeated."),
+]
+
 Host = Annotated[
     str, typer.Option(help="Where a browser may be; * lets everybody in who reaches this machine.")
 ]

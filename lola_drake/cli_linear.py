@@ -6,7 +6,14 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from lola_drake.cli_common import COUNT, Json, errors_in_one_line, progress_bar
+from lola_drake.cli_common import (
+    COUNT,
+    Changes,
+    Json,
+    ScenarioName,
+    errors_in_one_line,
+    progress_bar,
+)
 
 if TYPE_CHECKING:
     from lola_drake.analysis.linear.analyses import Analysis
@@ -19,10 +26,6 @@ Scenario = Annotated[
 At = Annotated[
     str | None,
     typer.Option(help="stand, left, right, t=3.2, or a pose such as 'load=0.7 stride=0.2'."),
-]
-Changes = Annotated[
-    list[str] | None,
-    typer.Option("--set", metavar="KEY=VALUE", help="Change a value; may be repeated."),
 ]
 Jobs = Annotated[int, typer.Option(min=1, help="Number of processes.")]
 Output = Annotated[Path, typer.Option("--output", "-o", help="Folder of the pictures.")]
@@ -112,9 +115,7 @@ def map_(
 
 @app.command()
 def poincare(
-    scenario: Annotated[
-        str, typer.Argument(help="A name from `lola list`, or a YAML file.")
-    ] = "walk_flat",
+    scenario: ScenarioName = "walk_flat",
     variants: Annotated[
         list[str] | None, typer.Option("--variant", help="ref or dyn; may be repeated.")
     ] = None,

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from lola_drake.cli_common import Host, errors_in_one_line
+from lola_drake.cli_common import Changes, Host, ScenarioName, errors_in_one_line
 
 if TYPE_CHECKING:
     from lola_drake.analysis.live import LiveView
@@ -39,9 +39,7 @@ def write(result: "Result", folder: Path, *, pictures: bool, video: bool) -> Non
 
 @app.command()
 def diagram(
-    scenario: Annotated[
-        str, typer.Argument(help="A name from `lola list`, or a YAML file.")
-    ] = "walk_flat",
+    scenario: ScenarioName = "walk_flat",
     depth: Annotated[
         int, typer.Option(min=0, help="Levels to open; 0 shows one block with all its signals.")
     ] = 1,
@@ -101,10 +99,7 @@ def walk(
     scenario: Annotated[
         str, typer.Argument(help="Where to walk: a scenario without steps of its own.")
     ] = "stand",
-    changes: Annotated[
-        list[str] | None,
-        typer.Option("--set", metavar="KEY=VALUE", help="Change a value; may be repeated."),
-    ] = None,
+    changes: Changes = None,
     host: Host = "localhost",
 ) -> None:
     """Steer the robot in a browser: by sliders, keys or gamepad; nothing is recorded."""

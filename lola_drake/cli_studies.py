@@ -9,7 +9,15 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 from rich.console import Console
 
-from lola_drake.cli_common import COUNT, INTERRUPTED, Json, errors_in_one_line, progress_bar
+from lola_drake.cli_common import (
+    COUNT,
+    INTERRUPTED,
+    Changes,
+    Json,
+    ScenarioName,
+    errors_in_one_line,
+    progress_bar,
+)
 
 if TYPE_CHECKING:
     from lola_drake.analysis.study import Study
@@ -22,14 +30,11 @@ Folder = Annotated[Path | None, typer.Option("--output", "-o", help="Folder of w
 
 @app.command()
 def compare(
-    scenario: Annotated[str, typer.Argument(help="A name from `lola list`, or a YAML file.")],
+    scenario: ScenarioName,
     variants: Annotated[str, typer.Option(help="Of the controller, the first is the base.")] = (
         "ref,dyn"
     ),
-    changes: Annotated[
-        list[str] | None,
-        typer.Option("--set", metavar="KEY=VALUE", help="Change a value; may be repeated."),
-    ] = None,
+    changes: Changes = None,
     output: Folder = None,
     force: Annotated[
         bool, typer.Option("--force", help="Replace the comparison in that folder.")
