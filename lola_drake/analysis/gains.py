@@ -34,7 +34,7 @@ GAINS = (
     Gain("control.force.time_constant", "δ (s)", _FORCE, 0, 0.005, 0.08, 0.001),
     Gain("control.force.position_gain", "K_x (1/s)", _FORCE, 1, 0.0, 50.0, 0.5),
     Gain("control.com_dynamics.gain", "g_a (-)", _DYNAMICS, 0, 0.0, 1.0, 0.05),
-    Gain("control.com_dynamics.decay_gain", "K_a,x (1/s)", _DYNAMICS, 1, 0.0, 60.0, 1.0),
+    Gain("control.com_dynamics.decay_gain", "K_a,x (1/s)", _DYNAMICS, 1, 0.0, 100.0, 1.0),
     Gain("control.stabilizer.stiffness", "P (Nm/rad)", _STABILIZER, 0, 0, 4000, 20.0),
     Gain("control.stabilizer.damping", "D (Nms/rad)", _STABILIZER, 1, 0, 800, 5.0),
     Gain("control.stabilizer.torque_limit", "limit (Nm)", _STABILIZER, 2, 1, 300, 1.0),

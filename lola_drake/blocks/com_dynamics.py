@@ -11,7 +11,8 @@ In single support an error of the contact force is also met by accelerating the 
 | K_a,x          | `decay_gain`                                 |
 | Delta w_a,f'   | `com_dynamics_rate`, eq. 20                  |
 
-K_a,x and the limits are our own choice; the paper gives no numbers.
+K_a,x and the limits are our own choice; the paper gives no numbers. With K_a,x = 1/delta the motion
+of the CoM ends as fast as an error of the contact force.
 """
 
 from collections.abc import Sequence
@@ -37,7 +38,9 @@ class ComDynamicsParams:
     """Gains and limits of the integrated CoM dynamics."""
 
     gain: float = parameter(1.0, "g_a, 0 switches it off (paper)", "-", minimum=0, maximum=1)
-    decay_gain: float = parameter(20.0, "K_a,x, decay outside single support", "1/s", minimum=0)
+    decay_gain: float = parameter(
+        50.0, "K_a,x, decay outside single support; 1/delta of the paper", "1/s", minimum=0
+    )
     max_height_rate: float = parameter(0.4, "limit of the vertical part", "m/s", above=0)
     max_angle_rate: float = parameter(1.5, "limit of the angular parts", "rad/s", above=0)
 
