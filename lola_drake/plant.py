@@ -38,6 +38,9 @@ STICTION_SPEED = 1e-3
 FALLEN = (0.55, np.deg2rad(45.0))
 """Height of the torso (m) below which, and inclination (rad) above which, the robot has fallen."""
 
+MESH_SHARE = (3 - 3**0.5) / 2
+"""Part of a pad's area that its mesh has; the ground is as much stiffer per area, see pad.obj."""
+
 _PAD_NAMES = ("pad_rear_left", "pad_rear_right", "pad_front_left", "pad_front_right")
 
 
@@ -58,7 +61,7 @@ def add_plant(builder: DiagramBuilder, ground: Ground) -> tuple[MultibodyPlant, 
 
 def add_ground(plant: MultibodyPlant, ground: Ground) -> None:
     """Add the floor and what lies on it; all have the same stiffness per area, c_A,z = E/d."""
-    area_stiffness = ground.stiffness / sum(pad.area for pad in PADS)
+    area_stiffness = ground.stiffness / (MESH_SHARE * sum(pad.area for pad in PADS))
     floor = _material(ground)
     AddCompliantHydroelasticPropertiesForHalfSpace(SLAB, area_stiffness * SLAB, floor)
     world = plant.world_body()
