@@ -37,7 +37,7 @@ CALCULATIONS = {
 """Calls into Python per tick, of both feet where a block exists once per foot."""
 
 PORT_READINGS = 55
-POLYGONS_PER_PAD = 4
+POLYGONS_PER_PAD = 2
 
 
 def block_classes():
