@@ -12,6 +12,12 @@ from dataclasses import dataclass
 PERIOD = 0.001
 """The control period (s), as on LOLA (paper)."""
 
+
+def on_tick(time: float) -> float:
+    """Return the tick nearest to a time (s), exactly: sums of steps miss it by rounding errors."""
+    return round(time / PERIOD) * PERIOD
+
+
 FEET = ("l", "r")
 
 

@@ -26,7 +26,7 @@ from lola_drake.logged import LOGGED
 from lola_drake.plant import add_plant, has_fallen, pad_geometries, plant_truth, set_start
 from lola_drake.results import Result
 from lola_drake.scenario import Scenario, Walk
-from lola_drake.signals import PERIOD
+from lola_drake.signals import PERIOD, on_tick
 from lola_drake.theory.constants import GRAVITY
 
 
@@ -173,8 +173,7 @@ def simulate(
             step = chunk if attend is None else attend(diagram, context)
             if step is None or now >= scenario.duration - 0.5 * PERIOD:
                 break
-            # On a tick exactly: sums of steps would miss its events by a rounding error.
-            simulator.AdvanceTo(round(min(now + step, scenario.duration) / PERIOD) * PERIOD)
+            simulator.AdvanceTo(on_tick(min(now + step, scenario.duration)))
             fell = has_fallen(plant.GetPositions(plant_context))
             if progress is not None:
                 progress(context.get_time())

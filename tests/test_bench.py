@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 
 from lola_drake.analysis import bench as module
-from lola_drake.analysis.bench import bench
+from lola_drake.analysis.bench import bench, steady_walk
 from lola_drake.analysis.bench_tables import bench_table
+from lola_drake.signals import on_tick
 
 BLOCKS = {
     "walking_pattern",
@@ -92,3 +93,9 @@ def test_block_alone_computes_what_it_computes_in_the_loop(monkeypatch):
     # One more each for what another block reads, and for filling the cache.
     assert module.CALLS * module.BATCHES <= len(calls) <= module.CALLS * module.BATCHES + 2
     np.testing.assert_array_equal(before, after)
+
+
+def test_steady_walking_begins_on_a_tick():
+    """A moment later the first tick would be over: nothing would move in the first one measured."""
+    _, begin, _ = steady_walk(3)
+    assert begin == on_tick(begin)

@@ -3,7 +3,7 @@
 import pytest
 
 from lola_drake.logged import LOGGED
-from lola_drake.signals import JOINTS, TASK_REFERENCE
+from lola_drake.signals import JOINTS, PERIOD, TASK_REFERENCE, on_tick
 
 SIGNALS = pytest.mark.parametrize("signal", LOGGED.values(), ids=lambda signal: signal.name)
 
@@ -28,3 +28,9 @@ def test_the_units_of_a_foot_differ_by_entry():
     units = dict(zip(TASK_REFERENCE.entry_names(), TASK_REFERENCE.entry_units(), strict=True))
     assert [units[f"w_l.{entry}"] for entry in ("x", "sin_gamma_x", "gamma_z")] == ["m", "-", "rad"]
     assert units["w_dot_r.sin_gamma_y"] == "1/s"
+
+
+def test_a_sum_of_steps_ends_on_a_tick():
+    time = 1.0 + 0.8 + 2 * 0.8
+    assert time != 3400 * PERIOD, "or this shows nothing"
+    assert on_tick(time) == 3400 * PERIOD

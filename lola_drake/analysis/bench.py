@@ -23,7 +23,7 @@ from pydrake.systems.framework import Context, Diagram, LeafSystem
 from lola_drake.analysis.bare_plant import bare_plant, record_commands
 from lola_drake.results import software_versions
 from lola_drake.scenario import Scenario, load_scenario
-from lola_drake.signals import PERIOD
+from lola_drake.signals import PERIOD, on_tick
 from lola_drake.simulation import build_simulation
 
 TURN = 0.05
@@ -92,13 +92,13 @@ def steady_walk(repeats: int) -> tuple[Scenario, float, float]:
     begin = scenario.walk.start_time + pattern.first_double_support + 2 * pattern.step_time
     stride = 2 * pattern.step_time
     steps = 2 * repeats + 6
-    return load_scenario("walk_flat", {"walk.steps.0.count": steps}), begin, stride
+    return load_scenario("walk_flat", {"walk.steps.0.count": steps}), on_tick(begin), stride
 
 
 def time_to_advance(simulator: Simulator, until: float) -> float:
-    """Return how long it takes to simulate until then (s)."""
+    """Return how long it takes to simulate until the tick that is then (s)."""
     begin = time.perf_counter()
-    simulator.AdvanceTo(until)
+    simulator.AdvanceTo(on_tick(until))
     return time.perf_counter() - begin
 
 
