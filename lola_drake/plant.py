@@ -31,15 +31,12 @@ logging.getLogger("drake").addFilter(lambda record: "deformable" not in record.g
 SLAB = 0.1
 """Thickness of the compliant floor (m); with the modulus it gives the stiffness per area."""
 
-STICTION_SPEED = 1e-3
-"""Speed (m/s) at which friction is fully reached: a pad that carries a tenth of it creeps by
-0.1 mm/s. A tenth of this speed makes a step of the plant half again as costly."""
-
 FALLEN = (0.55, np.deg2rad(45.0))
 """Height of the torso (m) below which, and inclination (rad) above which, the robot has fallen."""
 
 MESH_SHARE = (3 - 3**0.5) / 2
-"""Part of a pad's area that its mesh has; the ground is as much stiffer per area, see pad.obj."""
+"""Part of a pad's area that its mesh has: two triangles on its ends, whose centres are the Gauss
+points of its length. The ground is as much stiffer per area."""
 
 _PAD_NAMES = ("pad_rear_left", "pad_rear_right", "pad_front_left", "pad_front_right")
 
@@ -51,7 +48,7 @@ def add_plant(builder: DiagramBuilder, ground: Ground) -> tuple[MultibodyPlant, 
         contact_model="hydroelastic",
         discrete_contact_approximation="lagged",
         use_sampled_output_ports=False,
-        stiction_tolerance=STICTION_SPEED,
+        stiction_tolerance=ground.friction_speed,
     )
     plant, scene_graph = AddMultibodyPlant(config, builder)
     add_lola(plant)

@@ -158,6 +158,13 @@ class Ground:
     stiffness: float = parameter(3e5, "vertical, of one whole foot on it", "N/m", above=0.0)
     dissipation: float = parameter(2.5, "Hunt-Crossley dissipation", "s/m", minimum=0.0)
     friction: float = parameter(0.8, "Coulomb friction coefficient", "", minimum=0.0)
+    friction_speed: float = parameter(
+        1e-3,
+        "at which friction is full; below it the pads creep (own choice, for speed: a tenth of it "
+        "makes a step of the plant half again as costly)",
+        "m/s",
+        above=0.0,
+    )
     obstacles: tuple[Obstacle, ...] = ()
 
     def __post_init__(self):

@@ -6,8 +6,10 @@ from pydrake.multibody.plant import AddMultibodyPlant, ContactModel, MultibodyPl
 from pydrake.systems.framework import DiagramBuilder
 from scipy.spatial.transform import Rotation
 
+from lola_drake.paths import models_dir
 from lola_drake.plant import (
     FALLEN,
+    MESH_SHARE,
     add_ground,
     add_plant,
     has_fallen,
@@ -15,7 +17,7 @@ from lola_drake.plant import (
     plant_truth,
     set_start,
 )
-from lola_drake.robot import add_lola, posture
+from lola_drake.robot import PADS, add_lola, posture
 from lola_drake.scenario import Ground, Obstacle, StartPose
 from lola_drake.signals import FEET, JOINTS, PERIOD
 
@@ -80,6 +82,20 @@ def test_ground_is_as_stiff_as_it_is_said_to_be(obstacles):
     # Two feet of four pads each, every one of them with the area stiffness c_A,z = E/d.
     assert np.diff(forces) / 0.001 == pytest.approx([2 * STIFFNESS] * 2, rel=0.01)
     assert forces[0] == pytest.approx(2 * STIFFNESS * 0.001, rel=0.01)
+
+
+def test_pad_mesh_is_the_two_gauss_points_of_a_pad():
+    lines = (models_dir() / "lola" / "meshes" / "pad.obj").read_text().splitlines()
+    vertices = np.array([line.split()[1:] for line in lines if line.startswith("v ")], float)
+    faces = np.array([line.split()[1:] for line in lines if line.startswith("f ")], int) - 1
+    corners = vertices[faces]
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]) / 2
+    pad = PADS[0]
+    expected = [[0, 0, -MESH_SHARE * pad.area / 2]] * 2  # facing down
+    np.testing.assert_allclose(normals, expected, rtol=1e-7)
+    gauss = pad.length / 2 / np.sqrt(3)
+    np.testing.assert_allclose(corners.mean(axis=1), [[-gauss, 0, 0], [gauss, 0, 0]], atol=1e-9)
+    assert [pad.length, pad.width, 0] == pytest.approx(np.ptp(vertices, axis=0))
 
 
 def test_lifted_feet_feel_no_ground():

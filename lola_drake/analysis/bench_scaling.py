@@ -15,6 +15,7 @@ from pydrake.systems.analysis import Simulator
 
 from lola_drake.analysis.bench import TURN, peak_memory_mb, spread, steady_walk, time_to_advance
 from lola_drake.scenario import Scenario
+from lola_drake.signals import on_tick
 from lola_drake.simulation import build_simulation
 
 SHORT, LONG = 10.0, 60.0
@@ -33,7 +34,7 @@ def bench_scaling(
     begin, stride = steady_walk(repeats)[1:]
     strides = round((LONG - begin) / stride)
     scenario = steady_walk(max(strides, 2 * repeats))[0]
-    late = begin + max(strides - repeats, 0) * stride
+    late = on_tick(begin + max(strides - repeats, 0) * stride)
     late_over_early = _late_over_early(scenario, begin, late, stride, repeats, progress)
     return {
         "cost_60_s_over_10_s": spread(late_over_early),
