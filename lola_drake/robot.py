@@ -60,6 +60,12 @@ class Kinematics:
         self._origin = np.zeros(3)
         self.w = np.zeros(2 * FOOT_TASK)
         self.jacobian = np.zeros((2 * FOOT_TASK, len(JOINTS)))
+        # The task's rates out of those of the feet (angular, linear) and the momentum.
+        self._to_task = np.zeros((2 * FOOT_TASK, 2 * FOOT_TASK + 3))
+        self._rates = np.zeros((2 * FOOT_TASK + 3, self.plant.num_velocities()))
+        for i in (0, FOOT_TASK):
+            self._to_task[i : i + 3, i + 3 : i + 6] = np.eye(3)
+            self._to_task[i : i + 3, -3:] = -np.eye(3) / self.mass
 
     def update(self, q: np.ndarray) -> None:
         """Compute w and its Jacobian (rates of w per joint rate) at the joint angles q (24)."""
@@ -68,22 +74,21 @@ class Kinematics:
         plant.SetPositions(context, self._positions)
         # The torso's rows of the mass matrix are the momentum: of the moving joints, and, through
         # the lever arm of the CoM, of the moving torso.
-        momentum = plant.CalcMassMatrix(context)[:6] / self.mass
-        com_jacobian = momentum[3:6, 6:]
-        self._com_height_rates = com_jacobian[2]
-        c_x, c_y, c_z = momentum.item(2, 4), momentum.item(0, 5), momentum.item(1, 3)
+        inertia, mass = plant.CalcMassMatrix(context), self.mass
+        c_x, c_y, c_z = inertia.item(2, 4) / mass, inertia.item(0, 5) / mass, inertia.item(1, 3) / mass
         self._com = (c_x, c_y)
+        self._rates[-3:] = inertia[3:6]
         w = []
         for i, frame in zip((0, FOOT_TASK), self._tcp, strict=True):
-            spatial = plant.CalcJacobianSpatialVelocity(
+            self._rates[i : i + 6] = plant.CalcJacobianSpatialVelocity(
                 context, JacobianWrtVariable.kV, frame, self._origin, self._world, self._world
-            )[:, 6:]
+            )
             pose = frame.CalcPoseInWorld(context).GetAsMatrix34().tolist()
             (_, _, _, x), (_, _, _, y), (_, _, _, z) = pose
             w += [x - c_x, y - c_y, z - c_z, *foot_angles(pose)]
-            self.jacobian[i : i + 3] = spatial[3:] - com_jacobian
-            self.jacobian[i + 3 : i + 6] = foot_angle_rates(pose).dot(spatial[:3])
+            self._to_task[i + 3 : i + 6, i : i + 3] = foot_angle_rates(pose)
         self.w[:] = w
+        np.dot(self._to_task, self._rates[:, 6:], out=self.jacobian)
 
     def pads(self, foot: int) -> tuple[np.ndarray, np.ndarray]:
         """Return where the pads' centres of one foot (0 left, 1 right) are after `update`.
@@ -93,6 +98,7 @@ class Kinematics:
             rates of their heights over the CoM per joint rate, shape (4, 24).
         """
         tcp = self.w[FOOT_TASK * foot : FOOT_TASK * foot + 2]
+        com_height_rates = self._rates[-1, 6:] / self.mass
         points, rates = [], []
         for frame, p_BPads in self._pad_points[foot]:
             p_WPads = self.plant.CalcPointsPositions(self.context, frame, p_BPads, self._world)
@@ -100,7 +106,7 @@ class Kinematics:
                 self.context, JacobianWrtVariable.kV, frame, p_BPads, self._world, self._world
             )
             points.append(p_WPads[:2].T - self._com - tcp)
-            rates.append(jacobian[2::3, 6:] - self._com_height_rates)
+            rates.append(jacobian[2::3, 6:] - com_height_rates)
         return np.concatenate(points), np.concatenate(rates)
 
     @cached_property

@@ -59,7 +59,7 @@ class Running:
         self.context = self.controller.CreateDefaultContext()
         pattern = self.controller.GetSubsystemByName("walking_pattern")
         state = pattern.GetMyMutableContextFromRoot(self.context).get_mutable_discrete_state()
-        state.get_mutable_value()[SWING] = swing
+        state.get_mutable_value(0)[SWING] = swing
 
     def step(self, signals):
         """Return the joint command of this tick: q, q' and torque, one row each."""

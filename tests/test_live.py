@@ -153,8 +153,8 @@ def test_the_robot_walks_as_the_panel_commands(stand, diagram, simulator, meshca
     view._act(diagram, context)
     simulator.AdvanceTo(0.06)
     pattern = diagram.GetSubsystemByName("controller").GetSubsystemByName("walking_pattern")
-    state = pattern.GetMyContextFromRoot(context).get_discrete_state_vector().value()
-    footsteps = next_footsteps(stand, state)
+    request = pattern.packed_request(pattern.GetMyContextFromRoot(context))
+    footsteps = next_footsteps(stand, request)
     ahead = sorted(place[0] for foot in "lr" for place in footsteps[foot])
     assert ahead == pytest.approx([0.2, 0.4, 0.6])
 

@@ -45,7 +45,7 @@ class Walker:
         return self.block.GetOutputPort(name).Eval(self.context)
 
     def request(self):
-        return unpack_request(self.context.get_discrete_state_vector().value())
+        return unpack_request(self.block.packed_request(self.context))
 
     def step(self):
         support = self.output("gait_phase")[GAIT_PHASE.slice("support")]

@@ -128,10 +128,10 @@ class LiveView:
         follow(self._meshcat, moment.torso)
         self._meshcat.SetSimulationTime(now)
         pattern = diagram.GetSubsystemByName("controller").GetSubsystemByName("walking_pattern")
-        state = pattern.GetMyContextFromRoot(context).get_discrete_state_vector().value()
-        if state.tobytes() != self._planned:
-            self._planned = state.tobytes()
-            self._signs.set_footsteps(next_footsteps(self._scenario, state))
+        request = pattern.packed_request(pattern.GetMyContextFromRoot(context))
+        if request.tobytes() != self._planned:
+            self._planned = request.tobytes()
+            self._signs.set_footsteps(next_footsteps(self._scenario, request))
 
 
 def walk_live(scenario: Scenario, view: LiveView) -> None:

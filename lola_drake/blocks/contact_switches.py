@@ -14,6 +14,9 @@ from lola_drake.parameters import ParameterError, parameter, validate
 from lola_drake.signals import CONTACT, GROUND_FORCE
 
 
+_SWITCHES = CONTACT.size
+
+
 @dataclass(frozen=True)
 class ContactSwitchesParams:
     """Thresholds of the switches."""
@@ -60,7 +63,7 @@ class ContactSwitches(LeafSystem):
         super().__init__()
         self._params, self._pads = params, pads
         self._results = self.DeclareAbstractInputPort("contact_results", Value[ContactResults]())
-        self._state = self.DeclareDiscreteState(np.ones(CONTACT.size))
+        self._state = self.DeclareDiscreteState(np.ones(_SWITCHES))
         self._ground_force = self.DeclareDiscreteState(GROUND_FORCE.size)
         self._contact = self.DeclareStateOutputPort(CONTACT.name, self._state)
         self.DeclareStateOutputPort(GROUND_FORCE.name, self._ground_force)
@@ -89,7 +92,7 @@ def switched(closed: float, force: float, close_force: float, open_force: float)
 
 def pad_forces(results: ContactResults, pads: dict[int, int]) -> list[list[float]]:
     """Return the ground's force on every pad in W (N), shape (8, 3)."""
-    forces = [[0.0, 0.0, 0.0] for _ in range(CONTACT.size)]
+    forces = [[0.0, 0.0, 0.0] for _ in range(_SWITCHES)]
     for i in range(results.num_hydroelastic_contacts()):
         info = results.hydroelastic_contact_info(i)
         surface = info.contact_surface()

@@ -21,9 +21,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from pydrake.math import cos, exp, sin
 
-from lola_drake.blocks.scalars import AlgebraicSystem, convertible
+from lola_drake.blocks.scalars import AlgebraicSystem, convertible, cos, exp, sin
 from lola_drake.parameters import parameter, validate
 from lola_drake.signals import (
     COM_DYNAMICS_RATE,

@@ -3,15 +3,27 @@
 Drake can then differentiate them: such a block answers ToAutoDiffXd(), and Drake's own Linearize
 takes it. A block is written once, for floats: it derives from `AlgebraicSystem`, and the decorator
 `convertible` makes its twin for AutoDiffXd out of the same methods. They must work on either:
-`port.Eval(context).tolist()` and `CopyToVector()` do, `value()` of a vector does not.
+`port.Eval(context).tolist()` and `CopyToVector()` do, `value()` of a vector does not. For functions
+of such a number there are `cos`, `sin` and `exp`.
 """
 
 import functools
+import math
 import types
 from collections.abc import Callable
 
+import pydrake.math
 from pydrake.autodiffutils import AutoDiffXd
 from pydrake.systems.framework import BasicVector_, LeafSystem_, SystemScalarConverter
+
+
+def _of_either(name: str) -> Callable:
+    """Return a function of a number: Python's for a float, which is faster, or else Drake's."""
+    of_float, of_autodiff = getattr(math, name), getattr(pydrake.math, name)
+    return lambda x: of_float(x) if type(x) is float else of_autodiff(x)
+
+
+cos, sin, exp = _of_either("cos"), _of_either("sin"), _of_either("exp")
 
 
 class AlgebraicSystem(LeafSystem_[float]):

@@ -99,8 +99,8 @@ class WalkingPatternParams:
 class WalkingPattern(LeafSystem):
     """Plans each step at its beginning and plays the plan, one row per tick.
 
-    The discrete state is the request that the present plan answers. The plan itself is a pure
-    function of it and is kept in a memo, not in the state.
+    The discrete state is the request that the present plan answers, and the plan's row of this
+    tick. The plan itself is a pure function of the request and is kept in a memo, not in the state.
 
     .. pydrake_system::
 
@@ -148,39 +148,47 @@ class WalkingPattern(LeafSystem):
         self._plans: OrderedDict[bytes, tuple[StepRequest, StepPlan]] = OrderedDict()
         self.command = self.DeclareVectorInputPort("walk_command", WALK_COMMAND.size)
         self.contact = self.DeclareVectorInputPort("contact", CONTACT.size)
-        self._state = self.DeclareDiscreteState(pack_request(standing_request(params)))
+        packed = pack_request(standing_request(params))
+        _, standing = self._recall(packed)
+        self._request = self.DeclareDiscreteState(packed)
+        self._outputs = {
+            signal.name: self.DeclareDiscreteState(getattr(standing, signal.name)[0])
+            for signal in (TASK_REFERENCE, GAIT_PHASE, IDEAL_WRENCH, PLANNED_MOTION)
+        }
+        for name, state in self._outputs.items():
+            self.DeclareStateOutputPort(name, state)
         self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._update)
-        on = {self.discrete_state_ticket(self._state), self.time_ticket()}
-        for signal in (TASK_REFERENCE, GAIT_PHASE, IDEAL_WRENCH, PLANNED_MOTION):
-            self.DeclareVectorOutputPort(
-                signal.name, signal.size, self._player(signal.name), prerequisites_of_calc=on
-            )
 
-    def _player(self, name: str):
-        def calc(context, output):
-            _, plan, row = self._plan(context)
-            output.set_value(getattr(plan, name)[row])
+    def packed_request(self, context) -> np.ndarray:
+        """Return the request that the present plan answers, as `unpack_request` takes it."""
+        return context.get_discrete_state(self._request).value()
 
-        return calc
-
-    def _plan(self, context) -> tuple[StepRequest, StepPlan, int]:
-        """Return the request, its plan and the row that belongs to the context's time."""
-        state = context.get_discrete_state_vector().value()
-        key = state.tobytes()
+    def _recall(self, packed: np.ndarray) -> tuple[StepRequest, StepPlan]:
+        """Return a request and its plan, which is made when it is asked for first."""
+        key = packed.tobytes()
         if key not in self._plans:
-            request = unpack_request(state)
+            request = unpack_request(packed)
             self._plans[key] = (request, plan_step(self._model, request))
             if len(self._plans) > 4:
                 self._plans.popitem(last=False)
-        request, plan = self._plans[key]
-        row = round((context.get_time() - request.start_time) / self._period)
-        return request, plan, min(max(row, 0), len(plan.gait_phase) - 1)
+        return self._plans[key]
 
     def _update(self, context, state) -> None:
-        request, plan, row = self._plan(context)
-        following = self._following(context, request, plan, row)
+        now = context.get_time()
+        request, plan = self._recall(self.packed_request(context))
+        following = self._following(context, request, plan, self._row(request, plan, now))
         if following is not None:
-            state.get_mutable_value(self._state)[:] = pack_request(following)
+            packed = pack_request(following)
+            state.set_value(self._request, packed)
+            request, plan = self._recall(packed)
+        row = self._row(request, plan, now + self._period)
+        for name, output in self._outputs.items():
+            state.set_value(output, getattr(plan, name)[row])
+
+    def _row(self, request: StepRequest, plan: StepPlan, time: float) -> int:
+        """Return the plan's row that belongs to a time (s)."""
+        row = round((time - request.start_time) / self._period)
+        return min(max(row, 0), len(plan.gait_phase) - 1)
 
     def _following(
         self, context, request: StepRequest, plan: StepPlan, row: int
