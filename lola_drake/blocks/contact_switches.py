@@ -71,18 +71,17 @@ class ContactSwitches(LeafSystem):
 
     def _update(self, context, state):
         forces = pad_forces(self._results.Eval(context), self._pads)
-        closed = self._contact.Eval(context)
+        closed = self._contact.Eval(context).tolist()
+        close_force, open_force = self._params.close_force, self._params.open_force
         state.set_value(
             self._state,
             [
-                switched(was_closed, f_z, self._params.close_force, self._params.open_force)
-                for was_closed, (_, _, f_z) in zip(closed.tolist(), forces, strict=True)
+                switched(was_closed, force[2], close_force, open_force)
+                for was_closed, force in zip(closed, forces, strict=True)
             ],
         )
-        left, right = forces[:4], forces[4:]
-        state.set_value(
-            self._ground_force, [sum(f) for foot in (left, right) for f in zip(*foot, strict=True)]
-        )
+        feet = forces[:4], forces[4:]
+        state.set_value(self._ground_force, [sum(f) for foot in feet for f in zip(*foot)])
 
 
 def switched(closed: float, force: float, close_force: float, open_force: float) -> float:
@@ -101,6 +100,7 @@ def pad_forces(results: ContactResults, pads: dict[int, int]) -> list[list[float
         if pad is None:
             pad, sign = pads.get(surface.id_N().get_value()), -1.0
         if pad is not None:
-            for axis, force in enumerate(info.F_Ac_W().translational().tolist()):
-                forces[pad][axis] += sign * force
+            f_x, f_y, f_z = info.F_Ac_W().translational().tolist()
+            x, y, z = forces[pad]
+            forces[pad] = [x + sign * f_x, y + sign * f_y, z + sign * f_z]
     return forces

@@ -58,7 +58,7 @@ def inclination(quaternion: Sequence[float], angular_velocity: Sequence[float]) 
 class Imu(LeafSystem):
     """Samples the torso's inclination and reports it late, with noise and bias.
 
-    The state is the line of samples under way, the newest first.
+    The state is the line of samples under way, the newest first, and the sample that has arrived.
 
     .. pydrake_system::
 
@@ -80,21 +80,15 @@ class Imu(LeafSystem):
         first = (state_size + 1) // 2
         self._angular_velocity = slice(first, first + 3)
         self._plant = self.DeclareVectorInputPort("plant_state", state_size)
-        state = self.DeclareDiscreteState(np.zeros(4 * params.delay_ticks))
-        self.DeclareVectorOutputPort(
-            TORSO_ORIENTATION.name,
-            TORSO_ORIENTATION.size,
-            self._calc,
-            prerequisites_of_calc={self.discrete_state_ticket(state)},
-        )
+        self._line = self.DeclareDiscreteState(np.zeros(4 * (params.delay_ticks - 1)))
+        self._arrived = self.DeclareDiscreteState(TORSO_ORIENTATION.size)
+        self.DeclareStateOutputPort(TORSO_ORIENTATION.name, self._arrived)
         self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._update)
-
-    def _calc(self, context, output):
-        output.set_value(context.get_discrete_state_vector().value()[-4:])
 
     def _update(self, context, state):
         plant = self._plant.Eval(context)
         sample = inclination(plant[:4].tolist(), plant[self._angular_velocity].tolist())
         sample += self._bias + self._noise(round(context.get_time() / self._period))
-        line = context.get_discrete_state_vector().value()
-        state.set_value(np.concatenate([sample, line[:-4]]))
+        line = np.concatenate([sample, context.get_discrete_state(self._line).value()])
+        state.set_value(self._line, line[:-4])
+        state.set_value(self._arrived, line[-4:])

@@ -87,7 +87,8 @@ def resolve_rates(
     Args:
         jacobian: task rates per joint rate, shape (m, n).
         rates: wanted task rates, shape (m,).
-        mobility: diagonal of the inverse weights W^-1, shape (n,); a joint with 0 keeps its wish.
+        mobility: diagonal of the inverse weights W^-1, shape (n,), or once per row of the Jacobian,
+            (m, n), which is faster; a joint with 0 keeps its wish.
         wish: z, joint rates wanted in the null space (rad/s), shape (n,).
         damping: D of the pseudo-inverse, shape (m, m).
 
@@ -121,9 +122,10 @@ class JointResolution:
         lower, upper = position_limits
         self._lower, self._upper = lower + params.limit_margin, upper - params.limit_margin
         self._damping = params.damping * np.eye(2 * FOOT_TASK)
-        self._wrench = np.zeros(2 * FOOT_TASK)
-        self._mobility = np.ones(_N)
-        self._mobility[_PRESCRIBED] = 0.0
+        # From the feet's force-controlled directions to their tasks, and to what holds against it.
+        self._reaction = -params.feedforward * np.eye(2 * FOOT_TASK)[:, _WRENCH_ROWS]
+        self._mobility = np.ones((2 * FOOT_TASK, _N))
+        self._mobility[:, _PRESCRIBED] = 0.0
         self.correction = params.drift_correction / period
 
     def command(
@@ -171,8 +173,7 @@ class JointResolution:
             jacobian: of both feet's tasks, shape (12, 24).
             desired_wrench: the signal of that name.
         """
-        self._wrench[_WRENCH_ROWS] = desired_wrench[:6]
-        return -self._params.feedforward * jacobian.T.dot(self._wrench)
+        return jacobian.T.dot(self._reaction.dot(desired_wrench[:6]))
 
 
 class InverseKinematics(LeafSystem):
