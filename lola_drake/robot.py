@@ -88,7 +88,7 @@ class Kinematics:
             w += [x - c_x, y - c_y, z - c_z, *foot_angles(pose)]
             self._to_task[i + 3 : i + 6, i : i + 3] = foot_angle_rates(pose)
         self.w[:] = w
-        np.dot(self._to_task, self._rates[:, 6:], out=self.jacobian)
+        self.jacobian = self._to_task.dot(self._rates[:, 6:])
 
     def pads(self, foot: int) -> tuple[np.ndarray, np.ndarray]:
         """Return where the pads' centres of one foot (0 left, 1 right) are after `update`.

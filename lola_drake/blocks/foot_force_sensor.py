@@ -5,6 +5,7 @@ the ground's wrench less the weight and inertia of the sole. Noise and filter ar
 """
 
 from dataclasses import dataclass
+from math import exp, pi
 
 import numpy as np
 from pydrake.common.value import Value
@@ -68,7 +69,7 @@ class FootForceSensor(LeafSystem):
         self._joints, self._period = joint_indices, period
         deviation = np.tile(np.repeat([params.force_noise, params.torque_noise], 3), 2)
         self._noise = Noise(deviation, seed, stream=2)
-        self._gain = 1 - np.exp(-2 * np.pi * params.cutoff * period) if params.cutoff else 1.0
+        self._gain = 1 - exp(-2 * pi * params.cutoff * period) if params.cutoff else 1.0
         self._forces = self.DeclareAbstractInputPort("reaction_forces", Value[list[SpatialForce]]())
         state = self.DeclareDiscreteState(initial)
         self._reading = self.DeclareStateOutputPort(MEASURED_WRENCH.name, state)

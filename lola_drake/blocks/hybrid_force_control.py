@@ -24,6 +24,7 @@ import numpy as np
 
 from lola_drake.blocks.scalars import AlgebraicSystem, convertible, cos, exp, sin
 from lola_drake.parameters import parameter, validate
+from lola_drake.robot import Rows
 from lola_drake.signals import (
     COM_DYNAMICS_RATE,
     CONTACT_WRENCH,
@@ -39,6 +40,8 @@ from lola_drake.signals import (
 
 FORCE_CONTROLLED = np.array([3, 4, 2])
 """S_c,f of eq. 12: sin gamma_x, sin gamma_y and z within a foot's task."""
+
+_CONTROLLED = FORCE_CONTROLLED.tolist()
 
 
 @dataclass(frozen=True)
@@ -130,13 +133,15 @@ def wrench_at_tcp(
 
 
 def force_control_rate(
-    inverse_contact_matrix: np.ndarray,
-    error: np.ndarray,
-    desired_rate: np.ndarray,
+    inverse_contact_matrix: Rows,
+    error: Sequence[float],
+    desired_rate: Sequence[float],
     time_constant: float,
-) -> np.ndarray:
+) -> list[float]:
     """Return w_f' of eq. 15 (sin gamma_x, sin gamma_y, z per second), shape (3,)."""
-    return inverse_contact_matrix.dot(desired_rate + error / time_constant)
+    rates = zip(desired_rate, error, strict=True)
+    t_x, t_y, f_z = (desired + wrong / time_constant for desired, wrong in rates)
+    return [a * t_x + b * t_y + c * f_z for a, b, c in inverse_contact_matrix]
 
 
 def held_time_constant(time_constant: float, period: float) -> float:
@@ -215,7 +220,7 @@ class HybridForceControl(AlgebraicSystem):
             period: the control period (s).
         """
         super().__init__()
-        self._inverse = np.linalg.inv(contact_matrix)
+        self._inverse = np.linalg.inv(contact_matrix).tolist()
         self._sensor, self._period = sensor, period
         self._grip_force, self._leveling = params.grip_force, params.leveling
         self._limits = params.limits().tolist()
@@ -259,34 +264,34 @@ class HybridForceControl(AlgebraicSystem):
         self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._update)
 
     def _calc_contact(self, context, output):
-        _, _, _, s_x, s_y, yaw = self._reference.Eval(context)[self._w].tolist()
+        _, _, _, s_x, s_y, yaw = self._reference.Eval(context).tolist()[self._w]
         delta_x, delta_y, _ = self._modification.Eval(context).tolist()
-        measured = self._measured.Eval(context)[self._measured_wrench].tolist()
+        measured = self._measured.Eval(context).tolist()[self._measured_wrench]
         angles = s_x + delta_x, s_y + delta_y, yaw
         output.set_value(wrench_at_tcp(measured, angles, self._sensor))
 
     def _calc_command(self, context, output):
-        reference = self._reference.Eval(context)
-        desired = self._desired.Eval(context)
-        contact = self._contact.Eval(context)
-        time_constant, position_gain = (
-            context.get_numeric_parameter(self._gains).CopyToVector().tolist()
-        )
-        force_rate = force_control_rate(
-            self._inverse,
-            desired[self._desired_wrench] - contact,
-            desired[self._desired_rate],
-            held_time_constant(time_constant, self._period),
-        ).tolist()
+        reference = self._reference.Eval(context).tolist()
+        desired = self._desired.Eval(context).tolist()
+        contact = self._contact.Eval(context).tolist()
         com_dynamics_rate = self._com_dynamics.Eval(context).tolist()
         phi_x, phi_y, _, _ = self._orientation.Eval(context).tolist()
-        level = (-self._leveling * phi_x, -self._leveling * phi_y, 0.0)
         force_controlled = self._phase.Eval(context).item(self._blend)
-        grip = min(max(contact.item(2) / self._grip_force, 0.0), 1.0)
-        blend = (grip * force_controlled, grip * force_controlled, force_controlled)
         delta = self._modification.Eval(context).tolist()
-        w, w_dot = reference[self._w].tolist(), reference[self._w_dot].tolist()
-        for k, i in enumerate(FORCE_CONTROLLED.tolist()):
+        gains = context.get_numeric_parameter(self._gains).CopyToVector().tolist()
+        time_constant, position_gain = gains
+
+        force_rate = force_control_rate(
+            self._inverse,
+            [to - of for to, of in zip(desired[self._desired_wrench], contact, strict=True)],
+            desired[self._desired_rate],
+            held_time_constant(time_constant, self._period),
+        )
+        level = (-self._leveling * phi_x, -self._leveling * phi_y, 0.0)
+        grip = min(max(contact[2] / self._grip_force, 0.0), 1.0)
+        blend = (grip * force_controlled, grip * force_controlled, force_controlled)
+        w, w_dot = reference[self._w], reference[self._w_dot]
+        for k, i in enumerate(_CONTROLLED):
             rate = modification_rate(
                 force_rate[k], com_dynamics_rate[k], delta[k] - level[k], blend[k], position_gain
             )
@@ -297,12 +302,12 @@ class HybridForceControl(AlgebraicSystem):
         output.set_value(w + w_dot)
 
     def _update(self, context, state):
-        w_dot = self._command.Eval(context)[6:].tolist()
-        ideal = self._reference.Eval(context)[self._w_dot].tolist()
+        w_dot = self._command.Eval(context).tolist()[6:]
+        ideal = self._reference.Eval(context).tolist()[self._w_dot]
         delta = self._modification.Eval(context).tolist()
         state.set_value(
             [
                 delta[k] + self._period * (w_dot[i] - ideal[i])
-                for k, i in enumerate(FORCE_CONTROLLED.tolist())
+                for k, i in enumerate(_CONTROLLED)
             ]
         )

@@ -63,12 +63,13 @@ def pack_request(request: StepRequest) -> np.ndarray:
 
 def unpack_request(vector: np.ndarray) -> StepRequest:
     """Return the request that `pack_request` wrote."""
-    start_time, step_index, swing, load = vector[:4]
+    start_time, step_index, swing, load = vector[:4].tolist()
     com, com_velocity, left, right, path, pace, blend, count, displacements = np.split(
         vector[4:].copy(), np.cumsum([3, 3, 4, 4, 3, 3, 2, 1])
     )
+    ground, heading, support = pace.tolist()
     return StepRequest(
-        start_time=float(start_time),
+        start_time=start_time,
         step_index=int(step_index),
         swing=int(swing),
         load=load,
@@ -76,9 +77,9 @@ def unpack_request(vector: np.ndarray) -> StepRequest:
         com_velocity=com_velocity,
         feet=(left, right),
         path=path,
-        ground=pace[0],
-        heading=pace[1],
-        support=pace[2],
+        ground=ground,
+        heading=heading,
+        support=support,
         blend=blend,
         displacements=displacements.reshape(-1, 3)[: int(count[0])],
     )
