@@ -155,9 +155,11 @@ class ComDynamics(AlgebraicSystem):
         rate = self._rate.Eval(context).tolist()
         gain, decay_gain = context.get_numeric_parameter(self._gains).CopyToVector().tolist()
         if single_support(self._contact.Eval(context).tolist(), self._foot):
-            r_x, r_y = self._reference.Eval(context)[self._r].tolist()
-            error = self._desired.Eval(context)[self._desired_wrench] - self._actual.Eval(context)
-            acceleration = com_acceleration(self._inertia, r_x, r_y, error.tolist())
+            r_x, r_y = self._reference.Eval(context).tolist()[self._r]
+            desired = self._desired.Eval(context).tolist()[self._desired_wrench]
+            actual = self._actual.Eval(context).tolist()
+            error = [to - of for to, of in zip(desired, actual, strict=True)]
+            acceleration = com_acceleration(self._inertia, r_x, r_y, error)
             change = [-gain * self._period * a for a in acceleration]
         else:
             change = [-decay_gain * self._period * r for r in rate]

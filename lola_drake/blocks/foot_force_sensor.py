@@ -79,8 +79,8 @@ class FootForceSensor(LeafSystem):
         forces = self._forces.Eval(context)
         on_soles = []
         for joint in self._joints:
-            t_x, t_y, t_z, *force = forces[joint].get_coeffs().tolist()
-            on_soles += [*force, t_x, t_y, t_z]
+            wrench = forces[joint].get_coeffs().tolist()
+            on_soles += wrench[3:] + wrench[:3]
         # The plant reports the force on the sole; the sensor feels the opposite.
         raw = self._noise(round(context.get_time() / self._period)) - on_soles
         filtered = self._reading.Eval(context)

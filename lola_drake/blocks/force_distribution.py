@@ -132,14 +132,14 @@ class ForceDistribution(AlgebraicSystem):
         self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._update)
 
     def _calc(self, context, output):
-        reference = self._reference.Eval(context)
+        reference = self._reference.Eval(context).tolist()
         modified = self._modified.Eval(context).tolist()
-        load = self._phase.Eval(context)[_LOAD].tolist()
+        load = self._phase.Eval(context).tolist()[_LOAD]
         wrench = distribute(
             modified,
             load,
-            reference[_LEFT].tolist(),
-            reference[_RIGHT].tolist(),
+            reference[_LEFT],
+            reference[_RIGHT],
             self._params.cop_margin_x,
             self._params.cop_margin_y,
             self._params.least_force,

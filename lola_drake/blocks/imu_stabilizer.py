@@ -129,7 +129,7 @@ class ImuStabilizer(AlgebraicSystem):
         )
 
     def _calc(self, context, output):
-        load_left, load_right = self._phase.Eval(context)[_LOAD].tolist()
+        load_left, load_right = self._phase.Eval(context).tolist()[_LOAD]
         left, right = (port.Eval(context).item(_DELTA_Z) for port in self._modifications)
         output.set_value(
             stabilize(

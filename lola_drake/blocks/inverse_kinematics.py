@@ -97,7 +97,8 @@ def resolve_rates(
     """
     weighted = jacobian * mobility
     gram = weighted.dot(jacobian.T) + damping
-    _, multipliers, failed = dposv(gram, rates - jacobian.dot(wish), lower=1, overwrite_a=1)
+    # The transpose is the same matrix, in the order that LAPACK needs; positions spare f2py time.
+    _, multipliers, failed = dposv(gram.T, rates - jacobian.dot(wish), 1, 1)
     if failed:
         raise ArithmeticError("inverse kinematics: the task's Gram matrix is not positive definite")
     return wish + weighted.T.dot(multipliers)
