@@ -118,7 +118,7 @@ def _simulated(name: str, duration: float, *, show: bool) -> AbstractContextMana
     if not show:
         return nullcontext()
     time = TextColumn("{task.completed:.1f} of {task.total:.1f} s")
-    return progress_bar(name, duration, time, _RealTimeRate())
+    return progress_bar(name, duration, time, _RealTimeRate(), thread=False)
 
 
 def _status(text: str, *, show: bool) -> AbstractContextManager:
