@@ -42,20 +42,18 @@ def set_servo_gains(plant: MultibodyPlant, params: JointServosParams) -> None:
         )
 
 
-def limit_command(
-    command: np.ndarray, sent: np.ndarray, reach: np.ndarray, limits: np.ndarray
-) -> np.ndarray:
+def limit_command(command: np.ndarray, sent: np.ndarray, limits: np.ndarray) -> np.ndarray:
     """Return the joint command within the joints' speeds and torques.
 
     Args:
         command: q, q', torque (rad, rad/s, Nm), shape (72,).
         sent: q of the command before, shape (24,).
-        reach: how far q may be from there: greatest speeds times the period (rad), shape (24,).
-        limits: greatest speeds (rad/s) and torques (Nm), shape (48,).
+        limits: how far q may be from there (rad), and the greatest speeds (rad/s) and torques (Nm),
+            shape (72,).
     """
-    lower = np.concatenate([sent - reach, -limits])
-    upper = np.concatenate([sent + reach, limits])
-    return np.minimum(np.maximum(command, lower), upper)
+    middle = np.zeros(len(command))
+    middle[: len(sent)] = sent
+    return np.minimum(np.maximum(command, middle - limits), middle + limits)
 
 
 class JointServos(LeafSystem):
@@ -83,8 +81,7 @@ class JointServos(LeafSystem):
     ):
         """Create the block, holding the joint angles `initial` (rad), shape (24,)."""
         super().__init__()
-        self._reach = period * speed_limit
-        self._limits = np.concatenate([speed_limit, torque_limit])
+        self._limits = np.concatenate([period * speed_limit, speed_limit, torque_limit])
         self._command = self.DeclareVectorInputPort("joint_command", JOINT_COMMAND.size)
         self._bus = [
             (
@@ -104,6 +101,6 @@ class JointServos(LeafSystem):
                 state.set_value(to, context.get_discrete_state(group).value())
         desired_state, feedforward = self._bus[0]
         sent = context.get_discrete_state(desired_state).value()[:_N]
-        command = limit_command(self._command.Eval(context), sent, self._reach, self._limits)
+        command = limit_command(self._command.Eval(context), sent, self._limits)
         state.set_value(desired_state, command[: 2 * _N])
         state.set_value(feedforward, command[2 * _N :])

@@ -174,21 +174,21 @@ class WalkingPattern(LeafSystem):
         return self._plans[key]
 
     def _update(self, context, state) -> None:
-        now = context.get_time()
         request, plan = self._recall(self.packed_request(context))
-        following = self._following(context, request, plan, self._row(request, plan, now))
+        row = self._row(context, request)
+        following = self._following(context, request, plan, row)
         if following is not None:
             packed = pack_request(following)
             state.set_value(self._request, packed)
             request, plan = self._recall(packed)
-        row = self._row(request, plan, now + self._period)
+            row = self._row(context, request)
+        row = min(max(row + 1, 0), len(plan.gait_phase) - 1)
         for name, output in self._outputs.items():
             state.set_value(output, getattr(plan, name)[row])
 
-    def _row(self, request: StepRequest, plan: StepPlan, time: float) -> int:
-        """Return the plan's row that belongs to a time (s)."""
-        row = round((time - request.start_time) / self._period)
-        return min(max(row, 0), len(plan.gait_phase) - 1)
+    def _row(self, context, request: StepRequest) -> int:
+        """Return the row of this tick in the plan that answers a request."""
+        return round((context.get_time() - request.start_time) / self._period)
 
     def _following(
         self, context, request: StepRequest, plan: StepPlan, row: int
