@@ -74,8 +74,8 @@ class Kinematics:
         plant.SetPositions(context, self._positions)
         # The torso's rows of the mass matrix are the momentum: of the moving joints, and, through
         # the lever arm of the CoM, of the moving torso.
-        inertia, mass = plant.CalcMassMatrix(context), self.mass
-        c_x, c_y, c_z = inertia.item(2, 4) / mass, inertia.item(0, 5) / mass, inertia.item(1, 3) / mass
+        inertia = plant.CalcMassMatrix(context)
+        c_x, c_y, c_z = (inertia.item(*entry) / self.mass for entry in ((2, 4), (0, 5), (1, 3)))
         self._com = (c_x, c_y)
         self._rates[-3:] = inertia[3:6]
         w = []

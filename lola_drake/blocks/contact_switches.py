@@ -13,7 +13,6 @@ from pydrake.systems.framework import LeafSystem
 from lola_drake.parameters import ParameterError, parameter, validate
 from lola_drake.signals import CONTACT, GROUND_FORCE
 
-
 _SWITCHES = CONTACT.size
 
 
@@ -81,7 +80,9 @@ class ContactSwitches(LeafSystem):
             ],
         )
         feet = forces[:4], forces[4:]
-        state.set_value(self._ground_force, [sum(f) for foot in feet for f in zip(*foot)])
+        state.set_value(
+            self._ground_force, [sum(f) for foot in feet for f in zip(*foot, strict=True)]
+        )
 
 
 def switched(closed: float, force: float, close_force: float, open_force: float) -> float:

@@ -306,8 +306,5 @@ class HybridForceControl(AlgebraicSystem):
         ideal = self._reference.Eval(context).tolist()[self._w_dot]
         delta = self._modification.Eval(context).tolist()
         state.set_value(
-            [
-                delta[k] + self._period * (w_dot[i] - ideal[i])
-                for k, i in enumerate(_CONTROLLED)
-            ]
+            [delta[k] + self._period * (w_dot[i] - ideal[i]) for k, i in enumerate(_CONTROLLED)]
         )
