@@ -16,7 +16,7 @@ def main() -> None:
     """Run the `lola` command; a user's own GLIBC_TUNABLES are left alone."""
     if sys.platform == "linux" and _TUNABLES not in os.environ:
         os.environ[_TUNABLES] = _MALLOC
-        os.execv(sys.executable, sys.orig_argv)
+        os.execv(sys.executable, [sys.executable, *sys.orig_argv[1:]])
 
     from lola_drake.cli import app
 

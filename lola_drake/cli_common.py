@@ -65,12 +65,14 @@ def progress_bar(
     columns = TextColumn(name), BarColumn(), *columns, TimeElapsedColumn()
     console = Console(stderr=True)
     with Progress(*columns, console=console, transient=True, auto_refresh=thread) as progress:
-        task, drawn = progress.add_task(name, total=total), -_REDRAWN
+        task, drawn = progress.add_task(name, total=total), 0.0
 
         def advance(done: float, of: float | None = total) -> None:
             nonlocal drawn
-            due = not thread and monotonic() - drawn >= _REDRAWN
+            now = monotonic()
+            due = not thread and now - drawn >= _REDRAWN
+            if due:
+                drawn = now
             progress.update(task, completed=done, total=of, refresh=due)
-            drawn = monotonic() if due else drawn
 
         yield advance

@@ -3,12 +3,14 @@
 import json
 import subprocess
 import sys
+import threading
 import types
 
 import pytest
 from typer.testing import CliRunner
 
 from lola_drake.cli import app
+from lola_drake.cli_common import progress_bar
 from lola_drake.results import load_result
 
 
@@ -127,3 +129,11 @@ def test_an_interrupted_run_is_saved(lola):
     done = lola("simulate", "stand")
     assert done.exit_code == 130
     assert not load_result("runs/stand").completed
+
+
+@pytest.mark.parametrize("thread", [True, False])
+def test_a_progress_bar_has_a_thread_only_where_it_should(thread):
+    before = threading.active_count()
+    with progress_bar("walk", 2.0, thread=thread) as advance:
+        advance(1.0)
+        assert threading.active_count() == before + thread

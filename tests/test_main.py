@@ -33,7 +33,8 @@ def test_it_begins_again_with_more_blocks_at_hand(replaced, monkeypatch):
     monkeypatch.setattr(sys, "orig_argv", ["python", "-X", "dev", "lola", "simulate", "stand"])
     with pytest.raises(Replaced):
         lola.main()
-    assert replaced == [(sys.executable, ["python", "-X", "dev", "lola", "simulate", "stand"])]
+    again = [sys.executable, "-X", "dev", "lola", "simulate", "stand"]
+    assert replaced == [(sys.executable, again)]
     assert "glibc.malloc.tcache_count=127" in os.environ["GLIBC_TUNABLES"].split(":")
 
 

@@ -156,10 +156,8 @@ class ComDynamics(AlgebraicSystem):
         gain, decay_gain = context.get_numeric_parameter(self._gains).CopyToVector().tolist()
         if single_support(self._contact.Eval(context).tolist(), self._foot):
             r_x, r_y = self._reference.Eval(context).tolist()[self._r]
-            desired = self._desired.Eval(context).tolist()[self._desired_wrench]
-            actual = self._actual.Eval(context).tolist()
-            error = [to - of for to, of in zip(desired, actual, strict=True)]
-            acceleration = com_acceleration(self._inertia, r_x, r_y, error)
+            error = self._desired.Eval(context)[self._desired_wrench] - self._actual.Eval(context)
+            acceleration = com_acceleration(self._inertia, r_x, r_y, error.tolist())
             change = [-gain * self._period * a for a in acceleration]
         else:
             change = [-decay_gain * self._period * r for r in rate]

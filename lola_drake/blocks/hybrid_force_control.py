@@ -283,7 +283,10 @@ class HybridForceControl(AlgebraicSystem):
 
         force_rate = force_control_rate(
             self._inverse,
-            [to - of for to, of in zip(desired[self._desired_wrench], contact, strict=True)],
+            [
+                wanted - actual
+                for wanted, actual in zip(desired[self._desired_wrench], contact, strict=True)
+            ],
             desired[self._desired_rate],
             held_time_constant(time_constant, self._period),
         )

@@ -182,7 +182,7 @@ class WalkingPattern(LeafSystem):
             state.set_value(self._request, packed)
             request, plan = self._recall(packed)
             row = self._row(context, request)
-        row = min(max(row + 1, 0), len(plan.gait_phase) - 1)
+        row = min(row + 1, len(plan.gait_phase) - 1)
         for name, output in self._outputs.items():
             state.set_value(output, getattr(plan, name)[row])
 
