@@ -32,11 +32,14 @@ def parameter(
     above: float | None = None,
     maximum: float | None = None,
     choices: tuple[str, ...] | None = None,
+    symbol: str = "",
+    slider: tuple[float, float, float] | None = None,
 ) -> typing.Any:
     """Declare one field: its default, its meaning, its unit and the range it may have.
 
     A list or tuple default declares an array of that length; the range then holds for
-    each entry.
+    each entry. A parameter with a slider (least value, greatest value, step) is a gain: it may be
+    turned while its block runs. Its symbol is that of the paper.
     """
     metadata = {
         "doc": doc,
@@ -45,6 +48,8 @@ def parameter(
         "above": above,
         "maximum": maximum,
         "choices": choices,
+        "symbol": symbol,
+        "slider": slider,
     }
     if isinstance(default, list):
         default = tuple(default)

@@ -7,12 +7,20 @@ from math import atan2
 import numpy as np
 from pydrake.multibody.parsing import Parser
 from pydrake.multibody.plant import MultibodyPlant
-from pydrake.multibody.tree import Frame, JacobianWrtVariable, ModelInstanceIndex
+from pydrake.multibody.tree import ModelInstanceIndex
 
 from lola_drake.paths import models_dir
 from lola_drake.signals import FEET, JOINTS
 from lola_drake.theory.constants import GRAVITY
 from lola_drake.theory.contact_model import Pad
+from lola_drake.theory.kinematics import (
+    FOOT_TASK,
+    KinematicTree,
+    body_poses,
+    com_motion,
+    feet_motion,
+    pads_motion,
+)
 from lola_drake.theory.leg_masses import LegModel
 
 PADS = (
@@ -23,8 +31,8 @@ PADS = (
 )
 """The four pads of a foot relative to its TCP: rear left, rear right, front left, front right."""
 
-FOOT_TASK = 6
-"""Size of one foot's task: x, y, z, sin gamma_x, sin gamma_y, gamma_z."""
+_PAD_LINKS = ("foot_", "foot_", "zf", "zf")
+"""The links that carry the pads: the rear ones the foot, the front ones the toe."""
 
 Rows = Sequence[Sequence[float]]
 """A matrix, row by row: an array, or plain numbers where speed matters."""
@@ -45,6 +53,12 @@ class Kinematics:
 
     The torso is taken as upright and at rest: positions and Jacobians are those of the task
     space, the feet relative to the CoM in the torso frame T. Call `update` first.
+
+    Attributes:
+        plant, context: Drake's model; the context has the joint angles of the last `update`.
+        mass: of the robot (kg).
+        tree: the same model as plain data, for laws.
+        w, jacobian: the feet's task, shape (12,), and its rates per joint rate, shape (12, 24).
     """
 
     def __init__(self):
@@ -53,77 +67,20 @@ class Kinematics:
         self.plant.Finalize()
         self.context = self.plant.CreateDefaultContext()
         self.mass = self.plant.CalcTotalMass(self.context)
-        self._positions = np.zeros(self.plant.num_positions())
-        self._positions[0] = 1.0
         self._world = self.plant.world_frame()
-        self._tcp = [self.plant.GetFrameByName(f"tcp_{foot}") for foot in FEET]
-        self._origin = np.zeros(3)
-        self.w = np.zeros(2 * FOOT_TASK)
-        self.jacobian = np.zeros((2 * FOOT_TASK, len(JOINTS)))
-        # The task's rates out of those of the feet (angular, linear) and the momentum.
-        self._to_task = np.zeros((2 * FOOT_TASK, 2 * FOOT_TASK + 3))
-        self._rates = np.zeros((2 * FOOT_TASK + 3, self.plant.num_velocities()))
-        for i in (0, FOOT_TASK):
-            self._to_task[i : i + 3, i + 3 : i + 6] = np.eye(3)
-            self._to_task[i : i + 3, -3:] = -np.eye(3) / self.mass
+        self.tree = kinematic_tree(self.plant)
+        self.update(np.zeros(len(JOINTS)))
 
     def update(self, q: np.ndarray) -> None:
-        """Compute w and its Jacobian (rates of w per joint rate) at the joint angles q (24)."""
-        self._positions[7:] = q
-        plant, context = self.plant, self.context
-        plant.SetPositions(context, self._positions)
-        # The torso's rows of the mass matrix are the momentum: of the moving joints, and, through
-        # the lever arm of the CoM, of the moving torso.
-        inertia = plant.CalcMassMatrix(context)
-        c_x, c_y, c_z = (inertia.item(*entry) / self.mass for entry in ((2, 4), (0, 5), (1, 3)))
-        self._com = (c_x, c_y)
-        self._rates[-3:] = inertia[3:6]
-        w = []
-        for i, frame in zip((0, FOOT_TASK), self._tcp, strict=True):
-            self._rates[i : i + 6] = plant.CalcJacobianSpatialVelocity(
-                context, JacobianWrtVariable.kV, frame, self._origin, self._world, self._world
-            )
-            pose = frame.CalcPoseInWorld(context).GetAsMatrix34().tolist()
-            (_, _, _, x), (_, _, _, y), (_, _, _, z) = pose
-            w += [x - c_x, y - c_y, z - c_z, *foot_angles(pose)]
-            self._to_task[i + 3 : i + 6, i : i + 3] = foot_angle_rates(pose)
-        self.w[:] = w
-        self.jacobian = self._to_task.dot(self._rates[:, 6:])
+        """Compute w and its Jacobian at the joint angles q (rad), shape (24,)."""
+        self.plant.SetPositions(self.context, np.r_[1.0, np.zeros(6), q])
+        self._poses = body_poses(q, self.tree)
+        self._com = com_motion(*self._poses, self.tree)
+        self.w, self.jacobian = feet_motion(*self._poses, *self._com, self.tree)
 
     def pads(self, foot: int) -> tuple[np.ndarray, np.ndarray]:
-        """Return where the pads' centres of one foot (0 left, 1 right) are after `update`.
-
-        Returns:
-            x and y relative to the TCP in T (m), shape (4, 2), in the order of `PADS`; and the
-            rates of their heights over the CoM per joint rate, shape (4, 24).
-        """
-        tcp = self.w[FOOT_TASK * foot : FOOT_TASK * foot + 2]
-        com_height_rates = self._rates[-1, 6:] / self.mass
-        points, rates = [], []
-        for frame, p_BPads in self._pad_points[foot]:
-            p_WPads = self.plant.CalcPointsPositions(self.context, frame, p_BPads, self._world)
-            jacobian = self.plant.CalcJacobianTranslationalVelocity(
-                self.context, JacobianWrtVariable.kV, frame, p_BPads, self._world, self._world
-            )
-            points.append(p_WPads[:2].T - self._com - tcp)
-            rates.append(jacobian[2::3, 6:] - com_height_rates)
-        return np.concatenate(points), np.concatenate(rates)
-
-    @cached_property
-    def _pad_points(self) -> list[list[tuple[Frame, np.ndarray]]]:
-        """Per foot, the bodies that carry the pads and the pads' centres in their frames."""
-        context = self.plant.CreateDefaultContext()
-        centres = np.array([[pad.x, pad.y, 0.0] for pad in PADS]).T
-        return [
-            [
-                (frame, self.plant.CalcPointsPositions(context, tcp, p_TcpPads, frame))
-                for frame, p_TcpPads in (
-                    (self.plant.GetFrameByName(f"foot_{foot}"), centres[:, :2]),
-                    (self.plant.GetFrameByName(f"zf{foot}"), centres[:, 2:]),
-                )
-            ]
-            for foot, tcp in zip(FEET, self._tcp, strict=True)
-        ]
+        """Return where the pads of one foot (0 left, 1 right) are, see `pads_motion`."""
+        return pads_motion(foot, *self._poses, *self._com, self.tree)
 
     def centroidal_inertia(self, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the CoM in T (m), shape (3,), and the inertia about it (kg m^2), shape (3, 3)."""
@@ -147,6 +104,69 @@ class Kinematics:
     def effort_limits(self) -> np.ndarray:
         """Return the joints' greatest torques (Nm)."""
         return self.plant.GetEffortUpperLimits()
+
+
+def kinematic_tree(plant: MultibodyPlant) -> KinematicTree:
+    """Return the tree of joints of LOLA's model as plain data."""
+    context = plant.CreateDefaultContext()
+    plant.SetPositions(context, np.r_[1.0, np.zeros(plant.num_positions() - 1)])
+    joints = [plant.GetJointByName(name) for name in JOINTS]
+    joints.sort(key=lambda joint: joint.position_start())
+    mover = {plant.GetBodyByName("torso").index(): 0}
+    mover |= {joint.child_body().index(): k + 1 for k, joint in enumerate(joints)}
+    carrier = {
+        joint.child_body().index(): joint.parent_body().index()
+        for joint in map(plant.get_joint, plant.GetJointIndices())
+    }
+
+    def body_of(index) -> int:
+        while index not in mover:
+            index = carrier[index]
+        return mover[index]
+
+    def pose(frame):
+        return frame.CalcPoseInWorld(context)
+
+    parent = np.array([body_of(joint.parent_body().index()) for joint in joints])
+    origin = np.zeros((len(joints) + 1, 3))
+    origin[1:] = [pose(joint.frame_on_child()).translation() for joint in joints]
+    axis = np.array([pose(j.frame_on_child()).rotation() @ j.revolute_axis() for j in joints])
+    mass, moment = np.zeros(len(origin)), np.zeros(origin.shape)
+    for index in plant.GetBodyIndices(plant.GetModelInstanceByName("lola")):
+        body, b = plant.get_body(index), body_of(index)
+        p_WCom = pose(body.body_frame()) @ body.CalcCenterOfMassInBodyFrame(context)
+        mass[b] += body.get_mass(context)
+        moment[b] += body.get_mass(context) * (p_WCom - origin[b])
+    moves = np.zeros((len(joints), len(origin)), dtype=int)
+    for b in range(1, len(origin)):
+        ancestor = b
+        while ancestor:
+            moves[ancestor - 1, b] = 1
+            ancestor = parent[ancestor - 1]
+    tcps = [plant.GetFrameByName(f"tcp_{foot}") for foot in FEET]
+    tcp_body = np.array([body_of(tcp.body().index()) for tcp in tcps])
+    pad_body = np.array(
+        [
+            [body_of(plant.GetBodyByName(f"{link}{foot}").index()) for link in _PAD_LINKS]
+            for foot in FEET
+        ]
+    )
+    centres = np.array([[pad.x, pad.y, 0.0] for pad in PADS])
+    p_WPad = np.array([[pose(tcp) @ centre for centre in centres] for tcp in tcps])
+    return KinematicTree(
+        order=np.argsort(moves.sum(axis=0)[1:], kind="stable"),
+        parent=parent,
+        offset=origin[1:] - origin[parent],
+        axis=axis,
+        mass=mass,
+        moment=moment,
+        tcp_body=tcp_body,
+        p_BTcp=np.array([pose(tcp).translation() for tcp in tcps]) - origin[tcp_body],
+        R_BTcp=np.array([pose(tcp).rotation().matrix() for tcp in tcps]),
+        moves=moves,
+        pad_body=pad_body,
+        p_BPad=p_WPad - origin[pad_body],
+    )
 
 
 def foot_angles(rotation: Rows) -> tuple[float, float, float]:

@@ -21,6 +21,17 @@ def on_tick(time: float) -> float:
 FEET = ("l", "r")
 
 
+def of_foot(name: str, foot: str) -> str:
+    """Return the name of one foot's signal, field or block; of both for no foot."""
+    return f"{name}_{foot}" if foot else name
+
+
+def split_foot(name: str) -> tuple[str, str]:
+    """Return a name without its foot, and the foot; it is empty where the name has none."""
+    stem, _, foot = name.rpartition("_")
+    return (stem, foot) if stem and foot in FEET else (name, "")
+
+
 @dataclass(frozen=True)
 class Field:
     """A run of entries that belong together inside a signal; one unit for all, or one for each."""
@@ -100,6 +111,18 @@ JOINTS = (
     "tvp", "tvt",
 )  # fmt: skip
 
+PLANT_STATE = Signal(
+    "plant_state",
+    "Positions and velocities of the plant, as Drake orders them.",
+    (
+        Field("quaternion", ("w", "x", "y", "z"), "-", "W"),
+        Field("position", _XYZ, "m", "W"),
+        Field("q", JOINTS, "rad"),
+        Field("angular_velocity", _XYZ, "rad/s", "W"),
+        Field("velocity", _XYZ, "m/s", "W"),
+        Field("q_dot", JOINTS, "rad/s"),
+    ),
+)
 WALK_COMMAND = Signal(
     "walk_command",
     "What the user asks for; all zero means stop.",
@@ -213,3 +236,26 @@ JOINT_COMMAND = Signal(
     "What the central controller sends to the joint controllers.",
     (Field("q", JOINTS, "rad"), Field("q_dot", JOINTS, "rad/s"), Field("torque", JOINTS, "Nm")),
 )
+JOINT_ANGLES = Signal(
+    "joint_angles",
+    "The commanded joint angles.",
+    (Field("q", JOINTS, "rad"),),
+)
+JOINT_DESIRED_STATE = Signal(
+    "joint_desired_state",
+    "What the servos follow.",
+    (Field("q", JOINTS, "rad"), Field("q_dot", JOINTS, "rad/s")),
+)
+JOINT_FEEDFORWARD = Signal(
+    "joint_feedforward",
+    "What the servos add to their own torque.",
+    (Field("torque", JOINTS, "Nm"),),
+)
+
+SIGNALS = {signal.name: signal for signal in list(vars().values()) if isinstance(signal, Signal)}
+"""Every signal by its name."""
+
+
+def signal_of(name: str) -> Signal | None:
+    """Return the signal of a name, of one foot or of both; None if there is none."""
+    return SIGNALS.get(name) or SIGNALS.get(split_foot(name)[0])

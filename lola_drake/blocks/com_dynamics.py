@@ -5,7 +5,7 @@ In single support an error of the contact force is also met by accelerating the 
 | paper          | here                                         |
 |----------------|----------------------------------------------|
 | M              | `inertia`, the diagonal of M in eq. 18       |
-| R_f            | written out in `com_acceleration()`          |
+| R_f            | `com_acceleration()`          |
 | g_a            | `gain`                                       |
 | s_a,f          | `single_support()`, from measured contacts   |
 | K_a,x          | `decay_gain`                                 |
@@ -15,31 +15,35 @@ K_a,x and the limits are our own choice; the paper gives no numbers. With K_a,x 
 of the CoM ends as fast as an error of the contact force.
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from lola_drake.blocks.scalars import AlgebraicSystem, convertible
+from lola_drake.block import Block, Part, law
 from lola_drake.parameters import parameter, validate
-from lola_drake.signals import (
-    COM_DYNAMICS_RATE,
-    CONTACT,
-    CONTACT_WRENCH,
-    DESIRED_WRENCH,
-    FEET,
-    TASK_MODIFICATION,
-    TASK_REFERENCE,
-)
+from lola_drake.signals import COM_DYNAMICS_RATE, DESIRED_WRENCH, PERIOD, TASK_REFERENCE
 
 
 @dataclass(frozen=True)
 class ComDynamicsParams:
     """Gains and limits of the integrated CoM dynamics."""
 
-    gain: float = parameter(1.0, "g_a, 0 switches it off (paper)", "-", minimum=0, maximum=1)
+    gain: float = parameter(
+        1.0,
+        "g_a, 0 switches it off (paper)",
+        "-",
+        minimum=0,
+        maximum=1,
+        symbol="g_a",
+        slider=(0, 1, 0.05),
+    )
     decay_gain: float = parameter(
-        50.0, "K_a,x, decay outside single support (own choice, 1/delta)", "1/s", minimum=0
+        50.0,
+        "K_a,x, decay outside single support (own choice, 1/delta)",
+        "1/s",
+        minimum=0,
+        symbol="K_a,x",
+        slider=(0, 100, 1),
     )
     max_height_rate: float = parameter(0.4, "limit of the vertical part", "m/s", above=0)
     max_angle_rate: float = parameter(1.5, "limit of the angular parts", "rad/s", above=0)
@@ -47,37 +51,39 @@ class ComDynamicsParams:
     def __post_init__(self):
         validate(self)
 
+    @property
+    def limits(self) -> np.ndarray:
+        """Return the limits of Delta w_a,f' (sin gamma_x, sin gamma_y, z), shape (3,)."""
+        return np.array([self.max_angle_rate, self.max_angle_rate, self.max_height_rate])
 
-def com_acceleration(
-    inertia: Sequence[float], r_x: float, r_y: float, error: Sequence[float]
-) -> tuple[float, float, float]:
+
+def com_acceleration(inertia, r_x, r_y, e_x, e_y, e_z):
     """Return Delta a = M^-1 R_f e (eq. 18): phi_x'', phi_y'' (rad/s^2), z_c'' (m/s^2).
 
     Args:
         inertia: theta_xx, theta_yy (kg m^2) and mass (kg), the diagonal of M.
         r_x: from the CoM to the foot in T (m).
         r_y: the same along y.
-        error: e, the missing torques T_x, T_y (Nm) and vertical force (N) of the foot.
+        e_x: e, what the foot's torque lacks about x (Nm).
+        e_y: the same about y.
+        e_z: what its vertical force lacks (N).
     """
-    theta_xx, theta_yy, mass = inertia
-    e_x, e_y, e_z = error
-    return (e_x + r_y * e_z) / theta_xx, (e_y - r_x * e_z) / theta_yy, e_z / mass
+    return (e_x + r_y * e_z) / inertia[0], (e_y - r_x * e_z) / inertia[1], e_z / inertia[2]
 
 
-def single_support(contact: Sequence[float], foot: int) -> bool:
+def single_support(contact, foot):
     """Return s_a,f: whether the foot, and not the other one, has closed contacts.
 
     Args:
         contact: the switches of the left and then the right foot, 0 or 1, shape (8,).
         foot: 0 for left, 1 for right.
     """
-    closed = (sum(contact[:4]) > 0, sum(contact[4:]) > 0)
-    return closed[foot] and not closed[1 - foot]
+    left = contact[0] + contact[1] + contact[2] + contact[3] > 0
+    right = contact[4] + contact[5] + contact[6] + contact[7] > 0
+    return (left and not right) if foot == 0 else (right and not left)
 
 
-def limited_step(
-    rate: float, change: float, limit: float, modification: float, modification_limit: float
-) -> float:
+def limited_step(rate, change, limit, modification, modification_limit):
     """Return one direction of the integrator's next state.
 
     It is clamped, and does not grow where it drives the modification beyond its limit: there the
@@ -96,73 +102,52 @@ def limited_step(
     return min(max(rate + change, -limit), limit)
 
 
-@convertible
-class ComDynamics(AlgebraicSystem):
+class ComDynamics(Block):
     """Integrates the force error of the stance foot into a motion of that foot.
 
-    The state is Delta w_a,f' (rates of sin gamma_x, sin gamma_y and z). The numeric parameter 0
-    holds g_a and K_a,x.
-
-    .. pydrake_system::
-
-        name: ComDynamics
-        input_ports:
-        - desired_wrench
-        - contact_wrench
-        - contact
-        - task_reference
-        - task_modification
-        output_ports:
-        - com_dynamics_rate
+    Its state is Delta w_a,f' (rates of sin gamma_x, sin gamma_y and z).
     """
 
-    def __init__(
-        self,
-        params: ComDynamicsParams,
-        foot: str,
-        inertia: np.ndarray,
-        modification_limits: np.ndarray,
-        period: float,
+    state = (COM_DYNAMICS_RATE,)
+    parts = {
+        "r": Part(TASK_REFERENCE, "w"),
+        "wrench": Part(DESIRED_WRENCH, "wrench"),
+    }
+
+    @law
+    def next_com_dynamics_rate(
+        com_dynamics_rate,
+        wrench,
+        contact_wrench,
+        contact,
+        r,
+        task_modification,
+        gain,
+        decay_gain,
+        inertia,
+        limits,
+        modification_limits,
+        foot,
     ):
-        """Create the block of one foot.
-
-        Args:
-            params: gains and limits.
-            foot: "l" or "r".
-            inertia: theta_xx, theta_yy (kg m^2) and mass (kg), shape (3,).
-            modification_limits: of the force control's Delta w, shape (3,).
-            period: the control period (s).
-        """
-        super().__init__()
-        self._foot, self._inertia, self._period = FEET.index(foot), inertia.tolist(), period
-        self._limits = (params.max_angle_rate, params.max_angle_rate, params.max_height_rate)
-        self._modification_limits = modification_limits.tolist()
-        self._r = TASK_REFERENCE.slice(f"w_{foot}", 2)
-        self._desired_wrench = DESIRED_WRENCH.slice(f"wrench_{foot}")
-        self._gains = self.DeclareNumericParameter(self.Vector([params.gain, params.decay_gain]))
-        state = self.DeclareDiscreteState(COM_DYNAMICS_RATE.size)
-        self._desired = self.DeclareVectorInputPort("desired_wrench", DESIRED_WRENCH.size)
-        self._actual = self.DeclareVectorInputPort("contact_wrench", CONTACT_WRENCH.size)
-        self._contact = self.DeclareVectorInputPort("contact", CONTACT.size)
-        self._reference = self.DeclareVectorInputPort("task_reference", TASK_REFERENCE.size)
-        self._modification = self.DeclareVectorInputPort(
-            "task_modification", TASK_MODIFICATION.size
-        )
-        self._rate = self.DeclareStateOutputPort(COM_DYNAMICS_RATE.name, state)
-        self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._update)
-
-    def _update(self, context, state):
-        rate = self._rate.Eval(context).tolist()
-        gain, decay_gain = context.get_numeric_parameter(self._gains).CopyToVector().tolist()
-        if single_support(self._contact.Eval(context).tolist(), self._foot):
-            r_x, r_y = self._reference.Eval(context).tolist()[self._r]
-            error = self._desired.Eval(context)[self._desired_wrench] - self._actual.Eval(context)
-            acceleration = com_acceleration(self._inertia, r_x, r_y, error.tolist())
-            change = [-gain * self._period * a for a in acceleration]
+        """Integrate eq. 20 over one period."""
+        rate = com_dynamics_rate
+        if single_support(contact, foot):
+            a_x, a_y, a_z = com_acceleration(
+                inertia,
+                r[0],
+                r[1],
+                wrench[0] - contact_wrench[0],
+                wrench[1] - contact_wrench[1],
+                wrench[2] - contact_wrench[2],
+            )
+            step = -gain * PERIOD
+            d_x, d_y, d_z = step * a_x, step * a_y, step * a_z
         else:
-            change = [-decay_gain * self._period * r for r in rate]
-        modification = self._modification.Eval(context).tolist()
-        directions = zip(
-            rate, change, self._limits, modification, self._modification_limits, strict=True
+            step = -decay_gain * PERIOD
+            d_x, d_y, d_z = step * rate[0], step * rate[1], step * rate[2]
+        delta, most = task_modification, modification_limits
+        return (
+            limited_step(rate[0], d_x, limits[0], delta[0], most[0]),
+            limited_step(rate[1], d_y, limits[1], delta[1], most[1]),
+            limited_step(rate[2], d_z, limits[2], delta[2], most[2]),
         )
-        state.set_value([limited_step(*direction) for direction in directions])

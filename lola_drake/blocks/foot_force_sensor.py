@@ -10,11 +10,11 @@ from math import exp, pi
 import numpy as np
 from pydrake.common.value import Value
 from pydrake.multibody.math import SpatialForce
-from pydrake.systems.framework import LeafSystem
 
-from lola_drake.blocks.noise import Noise
+from lola_drake.block import Block, Reading, law
 from lola_drake.parameters import parameter, validate
-from lola_drake.signals import MEASURED_WRENCH
+from lola_drake.signals import MEASURED_WRENCH, PERIOD
+from lola_drake.theory.noise import Noise
 
 
 @dataclass(frozen=True)
@@ -33,27 +33,22 @@ class FootForceSensorParams:
         return FootForceSensorParams(force_noise=0.0, torque_noise=0.0, cutoff=0.0)
 
 
-class FootForceSensor(LeafSystem):
+class FootForceSensor(Block):
     """Samples, disturbs and filters the wrenches of both feet.
 
-    The state is the filtered wrench; in the tick of a contact it already holds what the plant
-    computes for the step that begins there, so a reading is one period old when it is used.
-
-    .. pydrake_system::
-
-        name: FootForceSensor
-        input_ports:
-        - reaction_forces
-        output_ports:
-        - measured_wrench
+    In the tick of a contact the state already holds what the plant computes for the step that
+    begins there, so a reading is one period old when it is used.
     """
+
+    kind = "sensor"
+    state = (MEASURED_WRENCH,)
+    objects = {"sole_wrenches": Reading("reaction_forces", Value[list[SpatialForce]], 12)}
 
     def __init__(
         self,
         params: FootForceSensorParams,
         joint_indices: tuple[int, int],
         initial: np.ndarray,
-        period: float,
         seed: int,
     ):
         """Create the sensors of both feet.
@@ -62,26 +57,31 @@ class FootForceSensor(LeafSystem):
             params: errors and filter.
             joint_indices: of the left and right sensor's weld joint in the plant.
             initial: F and T of both feet at the start (N, Nm), shape (12,).
-            period: the control period (s).
             seed: of the run's noise.
         """
-        super().__init__()
-        self._joints, self._period = joint_indices, period
+        self._joints = joint_indices
         deviation = np.tile(np.repeat([params.force_noise, params.torque_noise], 3), 2)
-        self._noise = Noise(deviation, seed, stream=2)
-        self._gain = 1 - exp(-2 * pi * params.cutoff * period) if params.cutoff else 1.0
-        self._forces = self.DeclareAbstractInputPort("reaction_forces", Value[list[SpatialForce]]())
-        state = self.DeclareDiscreteState(initial)
-        self._reading = self.DeclareStateOutputPort(MEASURED_WRENCH.name, state)
-        self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._update)
+        filter_gain = 1 - exp(-2 * pi * params.cutoff * PERIOD) if params.cutoff else 1.0
+        super().__init__(
+            params,
+            initial={MEASURED_WRENCH.name: initial},
+            filter_gain=filter_gain,
+            noise=Noise(deviation, seed, stream=2),
+        )
 
-    def _update(self, context, state):
-        forces = self._forces.Eval(context)
-        on_soles = []
+    def read_sole_wrenches(self, forces: list[SpatialForce]) -> list[float]:
+        """Return the plant's force and torque on the left and the right sole (N, Nm)."""
+        wrenches = []
         for joint in self._joints:
-            wrench = forces[joint].get_coeffs().tolist()
-            on_soles += wrench[3:] + wrench[:3]
-        # The plant reports the force on the sole; the sensor feels the opposite.
-        raw = self._noise(round(context.get_time() / self._period)) - on_soles
-        filtered = self._reading.Eval(context)
-        state.set_value(filtered + self._gain * (raw - filtered))
+            coefficients = forces[joint].get_coeffs().tolist()
+            wrenches += coefficients[3:] + coefficients[:3]
+        return wrenches
+
+    @law
+    def next_measured_wrench(measured_wrench, sole_wrenches, noise, filter_gain):
+        """Filter what the sensor feels: the opposite of what acts on the sole."""
+        reading = np.zeros(len(noise))
+        for i in range(len(noise)):
+            raw = noise[i] - sole_wrenches[i]
+            reading[i] = measured_wrench[i] + filter_gain * (raw - measured_wrench[i])
+        return reading

@@ -11,16 +11,18 @@ pads, and what they cannot give by a shift of the load. The numbers are our own.
 | d/dt of it    | `rate_l/r` of the same |
 """
 
-from collections.abc import Sequence
-from dataclasses import dataclass
-from math import exp
+from dataclasses import dataclass, replace
 
-from lola_drake.blocks.scalars import AlgebraicSystem, convertible
+from lola_drake.block import Block, Part, State, law
 from lola_drake.parameters import parameter, validate
-from lola_drake.signals import DESIRED_WRENCH, FEET, GAIT_PHASE, MODIFIED_WRENCH, TASK_REFERENCE
-
-_LOAD = GAIT_PHASE.slice("load")
-_LEFT, _RIGHT = (TASK_REFERENCE.slice(f"w_{foot}", 3) for foot in FEET)
+from lola_drake.signals import (
+    CONTACT_WRENCH,
+    DESIRED_WRENCH,
+    GAIT_PHASE,
+    PERIOD,
+    TASK_REFERENCE,
+)
+from lola_drake.theory.scalars import exp
 
 
 @dataclass(frozen=True)
@@ -44,16 +46,8 @@ class ForceDistributionParams:
         validate(self)
 
 
-def distribute(
-    modified: Sequence[float],
-    load: Sequence[float],
-    r_left: Sequence[float],
-    r_right: Sequence[float],
-    margin_x: float,
-    margin_y: float,
-    least_force: float,
-) -> list[float]:
-    """Return lambda_d of the left and right foot.
+def distribute(modified, load, r_left, r_right, margin_x, margin_y, least_force):
+    """Return lambda_d of both feet: T_x, T_y, F_z of the left, then of the right, shape (6,).
 
     Args:
         modified: Lambda_mod = [F, T] in T (N, Nm), shape (6,).
@@ -63,99 +57,99 @@ def distribute(
         margin_x: greatest distance of a foot's desired CoP from its TCP along x (m).
         margin_y: the same along y.
         least_force: vertical force that a shift of the load leaves on a foot (N).
-
-    Returns:
-        T_x, T_y, F_z of the left foot, then of the right, shape (6,).
     """
-    f_x, f_y, f_z, t_x, t_y, _ = modified
-    left, right = load
-    x, y, z = (left * r_l + right * r_r for r_l, r_r in zip(r_left, r_right, strict=True))
-    rest_x = t_x - (y * f_z - z * f_y)
-    rest_y = t_y - (z * f_x - x * f_z)
-    wrench = []
-    for share in load:
-        force = share * f_z
-        limit_x, limit_y = max(force, 0.0) * margin_y, max(force, 0.0) * margin_x
-        wrench += [
-            min(max(share * rest_x, -limit_x), limit_x),
-            min(max(share * rest_y, -limit_y), limit_y),
-            force,
-        ]
-    # What the feet cannot give: a force moved from the right foot to the left one.
-    rest_x -= wrench[0] + wrench[3]
-    rest_y -= wrench[1] + wrench[4]
+    f_x, f_y, f_z = modified[0], modified[1], modified[2]
+    left, right = load[0], load[1]
+    x = left * r_left[0] + right * r_right[0]
+    y = left * r_left[1] + right * r_right[1]
+    z = left * r_left[2] + right * r_right[2]
+    rest_x = modified[3] - (y * f_z - z * f_y)
+    rest_y = modified[4] - (z * f_x - x * f_z)
+    left_x, left_y, left_z = foot_wrench(left, f_z, rest_x, rest_y, margin_x, margin_y)
+    right_x, right_y, right_z = foot_wrench(right, f_z, rest_x, rest_y, margin_x, margin_y)
+    # What the feet cannot give by themselves, as far as the pads reach, a shift of the load gives.
+    rest_x -= left_x + right_x
+    rest_y -= left_y + right_y
     lever_x, lever_y = r_left[1] - r_right[1], r_right[0] - r_left[0]
     shift = (rest_x * lever_x + rest_y * lever_y) / (lever_x * lever_x + lever_y * lever_y)
-    most = max(wrench[5] - least_force, 0.0) if left > 0 else 0.0
-    least = min(least_force - wrench[2], 0.0) if right > 0 else 0.0
+    most = max(right_z - least_force, 0.0) if left > 0 else 0.0
+    least = min(least_force - left_z, 0.0) if right > 0 else 0.0
     shift = min(max(shift, least), most)
-    wrench[2] += shift
-    wrench[5] -= shift
-    return wrench
+    return left_x, left_y, left_z + shift, right_x, right_y, right_z - shift
 
 
-@convertible
-class ForceDistribution(AlgebraicSystem):
+def foot_wrench(share, f_z, rest_x, rest_y, margin_x, margin_y):
+    """Return T_x, T_y, F_z that a foot takes by its share of the load, its CoP within the margins."""
+    force = share * f_z
+    limit_x, limit_y = max(force, 0.0) * margin_y, max(force, 0.0) * margin_x
+    return (
+        min(max(share * rest_x, -limit_x), limit_x),
+        min(max(share * rest_y, -limit_y), limit_y),
+        force,
+    )
+
+
+FILTERED = replace(
+    CONTACT_WRENCH,
+    name="filtered_wrench",
+    doc="What of the desired wrenches the plan does not know, filtered.",
+    fields=DESIRED_WRENCH.fields[:2],
+)
+
+
+class ForceDistribution(Block):
     """Gives each foot its desired wrench and that wrench's rate.
 
     The rates are those of what the stabiliser adds to the plan, and of the feet's torques. The
     state is the filtered wrench from which they are taken.
-
-    .. pydrake_system::
-
-        name: ForceDistribution
-        input_ports:
-        - modified_wrench
-        - gait_phase
-        - task_reference
-        output_ports:
-        - desired_wrench
     """
 
-    def __init__(self, params: ForceDistributionParams, period: float):
-        """Create the block for the given control period (s)."""
-        super().__init__()
-        self._params = params
-        # Exact for a wrench that is held over the period.
-        self._gain = params.rate_filter * (1 - exp(-period / params.rate_filter))
-        self._modified = self.DeclareVectorInputPort("modified_wrench", MODIFIED_WRENCH.size)
-        self._phase = self.DeclareVectorInputPort("gait_phase", GAIT_PHASE.size)
-        self._reference = self.DeclareVectorInputPort("task_reference", TASK_REFERENCE.size)
-        state = self.DeclareDiscreteState(6)
-        inputs = {p.ticket() for p in (self._modified, self._phase, self._reference)}
-        self._output = self.DeclareVectorOutputPort(
-            "desired_wrench",
-            DESIRED_WRENCH.size,
-            self._calc,
-            prerequisites_of_calc=inputs | {self.discrete_state_ticket(state)},
-        )
-        self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._update)
+    state = (State(FILTERED, hidden=True),)
+    parts = {
+        "load": Part(GAIT_PHASE, "load"),
+        "r_left": Part(TASK_REFERENCE, "w_l"),
+        "r_right": Part(TASK_REFERENCE, "w_r"),
+    }
 
-    def _calc(self, context, output):
-        reference = self._reference.Eval(context).tolist()
-        modified = self._modified.Eval(context).tolist()
-        load = self._phase.Eval(context).tolist()[_LOAD]
+    @law
+    def desired_wrench(
+        modified_wrench,
+        load,
+        r_left,
+        r_right,
+        filtered_wrench,
+        cop_margin_x,
+        cop_margin_y,
+        least_force,
+        rate_filter,
+    ):
+        """Return lambda_d of both feet, and its rate, shape (12,)."""
         wrench = distribute(
-            modified,
-            load,
-            reference[_LEFT],
-            reference[_RIGHT],
-            self._params.cop_margin_x,
-            self._params.cop_margin_y,
-            self._params.least_force,
+            modified_wrench, load, r_left, r_right, cop_margin_x, cop_margin_y, least_force
         )
         # The pattern itself makes the planned load by letting the feet sink in.
-        unplanned = wrench.copy()
-        unplanned[2] -= load[0] * modified[2]
-        unplanned[5] -= load[1] * modified[2]
-        filtered = context.get_discrete_state_vector().CopyToVector().tolist()
-        rate = [
-            (wrench - filtered) / self._params.rate_filter
-            for wrench, filtered in zip(unplanned, filtered, strict=True)
-        ]
-        output.set_value(wrench + rate)
+        planned_left, planned_right = load[0] * modified_wrench[2], load[1] * modified_wrench[2]
+        old = filtered_wrench
+        return (
+            *wrench,
+            (wrench[0] - old[0]) / rate_filter,
+            (wrench[1] - old[1]) / rate_filter,
+            (wrench[2] - planned_left - old[2]) / rate_filter,
+            (wrench[3] - old[3]) / rate_filter,
+            (wrench[4] - old[4]) / rate_filter,
+            (wrench[5] - planned_right - old[5]) / rate_filter,
+        )
 
-    def _update(self, context, state):
-        rate = self._output.Eval(context)[6:]
-        filtered = context.get_discrete_state_vector().CopyToVector()
-        state.set_value(filtered + self._gain * rate)
+    @law
+    def next_filtered_wrench(filtered_wrench, desired_wrench, rate_filter):
+        """Move the filter; exactly, for a wrench that is held over the period."""
+        gain = rate_filter * (1 - exp(-PERIOD / rate_filter))
+        old, rate = filtered_wrench, desired_wrench
+        return (
+            old[0] + gain * rate[6],
+            old[1] + gain * rate[7],
+            old[2] + gain * rate[8],
+            old[3] + gain * rate[9],
+            old[4] + gain * rate[10],
+            old[5] + gain * rate[11],
+        )

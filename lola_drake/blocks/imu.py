@@ -3,16 +3,16 @@
 LOLA carries a high-precision unit; noise, bias and delay are estimates of its class.
 """
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import asin, atan2, hypot
 
 import numpy as np
-from pydrake.systems.framework import LeafSystem
 
-from lola_drake.blocks.noise import Noise
+from lola_drake.block import Block, Part, State, law
 from lola_drake.parameters import parameter, validate
-from lola_drake.signals import TORSO_ORIENTATION
+from lola_drake.signals import PLANT_STATE, TORSO_ORIENTATION
+from lola_drake.theory.delay_line import arriving, delayed
+from lola_drake.theory.noise import Noise
 
 
 @dataclass(frozen=True)
@@ -34,61 +34,68 @@ class ImuParams:
         return ImuParams(angle_noise=0.0, rate_noise=0.0, angle_bias=0.0, delay_ticks=1)
 
 
-def inclination(quaternion: Sequence[float], angular_velocity: Sequence[float]) -> np.ndarray:
+def inclination(quaternion, angular_velocity):
     """Return phi_x, phi_y and their rates.
 
     Args:
-        quaternion: w, x, y, z of the torso in W.
+        quaternion: w, x, y, z of the torso in W, shape (4,).
         angular_velocity: w_WT_W (rad/s), shape (3,).
 
     Returns:
         Roll and pitch of the torso (rad), the angular velocity's x and y in the torso's heading
         frame (rad/s), shape (4,).
     """
-    w, x, y, z = quaternion
+    w, x, y, z = quaternion[0], quaternion[1], quaternion[2], quaternion[3]
     roll = atan2(2 * (w * x + y * z), 1 - 2 * (x * x + y * y))
     pitch = asin(min(max(2 * (w * y - z * x), -1.0), 1.0))
     c, s = 1 - 2 * (y * y + z * z), 2 * (w * z + x * y)
     norm = hypot(c, s)
     c, s = c / norm, s / norm
-    w_x, w_y, _ = angular_velocity
-    return np.array([roll, pitch, c * w_x + s * w_y, c * w_y - s * w_x])
+    w_x, w_y = angular_velocity[0], angular_velocity[1]
+    return roll, pitch, c * w_x + s * w_y, c * w_y - s * w_x
 
 
-class Imu(LeafSystem):
-    """Samples the torso's inclination and reports it late, with noise and bias.
+SAMPLES = replace(TORSO_ORIENTATION, name="imu_samples", doc="Samples that are under way.")
 
-    The state is the line of samples under way, the newest first, and the sample that has arrived.
 
-    .. pydrake_system::
+class Imu(Block):
+    """Samples the torso's inclination and reports it late, with noise and bias."""
 
-        name: Imu
-        input_ports:
-        - plant_state
-        output_ports:
-        - torso_orientation
-    """
+    kind = "sensor"
+    state = (State(SAMPLES, hidden=True), TORSO_ORIENTATION)
+    parts = {
+        "quaternion": Part(PLANT_STATE, "quaternion"),
+        "angular_velocity": Part(PLANT_STATE, "angular_velocity"),
+    }
 
-    def __init__(self, params: ImuParams, state_size: int, period: float, seed: int):
-        """Create the unit for a plant whose state of `state_size` begins with the torso's pose."""
-        super().__init__()
-        self._period = period
+    def __init__(self, params: ImuParams, seed: int):
+        """Create the unit; `seed` is that of the run."""
         deviation = np.repeat([params.angle_noise, params.rate_noise], 2)
-        self._noise = Noise(deviation, seed, stream=1)
         bias = params.angle_bias * np.random.default_rng([seed, 0]).standard_normal(2)
-        self._bias = np.concatenate([bias, [0.0, 0.0]])
-        first = (state_size + 1) // 2
-        self._angular_velocity = slice(first, first + 3)
-        self._plant = self.DeclareVectorInputPort("plant_state", state_size)
-        self._line = self.DeclareDiscreteState(np.zeros(4 * (params.delay_ticks - 1)))
-        self._arrived = self.DeclareDiscreteState(TORSO_ORIENTATION.size)
-        self.DeclareStateOutputPort(TORSO_ORIENTATION.name, self._arrived)
-        self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._update)
+        super().__init__(
+            params,
+            initial={SAMPLES.name: np.zeros(SAMPLES.size * (params.delay_ticks - 1))},
+            bias=np.concatenate([bias, [0.0, 0.0]]),
+            noise=Noise(deviation, seed, stream=1),
+        )
 
-    def _update(self, context, state):
-        plant = self._plant.Eval(context)
-        sample = inclination(plant[:4].tolist(), plant[self._angular_velocity].tolist())
-        sample += self._bias + self._noise(round(context.get_time() / self._period))
-        line = np.concatenate([sample, context.get_discrete_state(self._line).value()])
-        state.set_value(self._line, line[:-4])
-        state.set_value(self._arrived, line[-4:])
+    @law
+    def next_imu_samples(imu_samples, quaternion, angular_velocity, bias, noise):
+        """Let the newest sample follow those that are under way."""
+        return delayed(imu_samples, sample(quaternion, angular_velocity, bias, noise))
+
+    @law
+    def next_torso_orientation(imu_samples, quaternion, angular_velocity, bias, noise):
+        """Return the sample that arrives."""
+        return arriving(imu_samples, sample(quaternion, angular_velocity, bias, noise))
+
+
+def sample(quaternion, angular_velocity, bias, noise):
+    """Return what the unit measures now: phi_x, phi_y (rad) and their rates (rad/s)."""
+    phi_x, phi_y, rate_x, rate_y = inclination(quaternion, angular_velocity)
+    return (
+        phi_x + (bias[0] + noise[0]),
+        phi_y + (bias[1] + noise[1]),
+        rate_x + (bias[2] + noise[2]),
+        rate_y + (bias[3] + noise[3]),
+    )

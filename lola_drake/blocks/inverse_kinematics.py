@@ -14,22 +14,19 @@ the static torque that holds the desired foot wrenches, -J^T lambda_d. Gravity i
 the task is the feet's motion relative to the CoM.
 """
 
-from collections.abc import Iterator
 from dataclasses import dataclass
+from math import sqrt
 
 import numpy as np
-from pydrake.systems.framework import LeafSystem
-from scipy.linalg.lapack import dposv
 
-from lola_drake.blocks.hybrid_force_control import FORCE_CONTROLLED
+from lola_drake.block import Block, Part, State, law
 from lola_drake.parameters import parameter, validate
-from lola_drake.robot import FOOT_TASK, JOINT_INDEX, Kinematics
-from lola_drake.signals import DESIRED_WRENCH, JOINT_COMMAND, JOINTS, TASK_COMMAND, TASK_REFERENCE
+from lola_drake.robot import JOINT_INDEX, Kinematics
+from lola_drake.signals import JOINT_ANGLES, JOINTS, PERIOD, TASK_REFERENCE
+from lola_drake.theory.kinematics import FOOT_TASK, foot_task
 
-_N = len(JOINTS)
-_PRESCRIBED = [JOINT_INDEX[name] for name in ("tzfl", "tzfr", "tvp", "tvt")]
-_TOES, _TOE_RATES = TASK_REFERENCE.slice("toes"), TASK_REFERENCE.slice("toe_rates")
-_WRENCH_ROWS = np.concatenate([FORCE_CONTROLLED, FOOT_TASK + FORCE_CONTROLLED])
+_PRESCRIBED = tuple(JOINT_INDEX[name] for name in ("tzfl", "tzfr", "tvp", "tvt"))
+"""Joints of the toes and the head: they have no part in the feet's task."""
 
 
 @dataclass(frozen=True)
@@ -53,199 +50,217 @@ class InverseKinematicsParams:
         validate(self)
 
 
-def null_space_motion(
-    q: np.ndarray,
-    comfort: np.ndarray,
-    lower: np.ndarray,
-    upper: np.ndarray,
-    comfort_gain: float,
-    limit_gain: float,
-) -> np.ndarray:
-    """Return the joint rates that descend the cost (rad/s).
+@dataclass(frozen=True)
+class Redundancy:
+    """What the joints that the task leaves free do; all angles in rad.
+
+    Attributes:
+        comfort: the pose to which they return, shape (24,).
+        lower, upper: angles beyond which they retreat from their limits, shape (24,).
+        mobility: the diagonal of W^-1, 0 for the joints that are prescribed, shape (24,).
+    """
+
+    comfort: np.ndarray
+    lower: np.ndarray
+    upper: np.ndarray
+    mobility: np.ndarray
+
+
+def redundancy(params: InverseKinematicsParams, kinematics: Kinematics, comfort: np.ndarray):
+    """Return what the free joints do in a robot with a comfort pose (rad), shape (24,)."""
+    lower, upper = kinematics.position_limits
+    mobility = np.ones(len(JOINTS))
+    mobility[list(_PRESCRIBED)] = 0.0
+    return Redundancy(
+        comfort=comfort.copy(),
+        lower=lower + params.limit_margin,
+        upper=upper - params.limit_margin,
+        mobility=mobility,
+    )
+
+
+def wished_rates(q, comfort, lower, upper, comfort_gain, limit_gain, toes, toe_rates, correction):
+    """Return the joint rates wanted in the null space, z (rad/s), shape (24,).
+
+    They descend the cost (comfort pose, joint limits); the toes and the head are prescribed.
 
     Args:
-        q: joint angles (rad), shape (n,).
-        comfort: the comfort pose, shape (n,).
-        lower: the angles below which a joint retreats from its limit, shape (n,).
-        upper: the angles above which it does, shape (n,).
+        q: joint angles (rad), shape (24,).
+        comfort: the comfort pose (rad), shape (24,).
+        lower: the angles below which a joint retreats from its limit (rad), shape (24,).
+        upper: the angles above which it does, shape (24,).
         comfort_gain: return to the comfort pose (1/s).
         limit_gain: retreat from the limits (1/s).
+        toes: lift of the left and the right toe (rad), shape (2,).
+        toe_rates: their rates (rad/s), shape (2,).
+        correction: part of a deviation that is removed per second (1/s).
     """
-    beyond = q - np.minimum(np.maximum(q, lower), upper)
-    return comfort_gain * (comfort - q) - limit_gain * beyond
+    rates = np.zeros(len(q))
+    for k in range(len(q)):
+        beyond = q[k] - min(max(q[k], lower[k]), upper[k])
+        rates[k] = comfort_gain * (comfort[k] - q[k]) - limit_gain * beyond
+    left, right, pan, tilt = _PRESCRIBED
+    rates[left] = toe_rates[0] + correction * (toes[0] - q[left])
+    rates[right] = -toe_rates[1] + correction * (-toes[1] - q[right])
+    rates[pan], rates[tilt] = -correction * q[pan], -correction * q[tilt]
+    return rates
 
 
-def resolve_rates(
-    jacobian: np.ndarray,
-    rates: np.ndarray,
-    mobility: np.ndarray,
-    wish: np.ndarray,
-    damping: np.ndarray,
-) -> np.ndarray:
+def resolved_rates(jacobian, rates, mobility, wish, damping):
     """Return joint rates that follow the task rates and come near the wish otherwise.
 
     Args:
         jacobian: task rates per joint rate, shape (m, n).
         rates: wanted task rates, shape (m,).
-        mobility: diagonal of the inverse weights W^-1, shape (n,), or once per row of the Jacobian,
-            (m, n), which is faster; a joint with 0 keeps its wish.
+        mobility: diagonal of the inverse weights W^-1, shape (n,); a joint with 0 keeps its wish.
         wish: z, joint rates wanted in the null space (rad/s), shape (n,).
-        damping: D of the pseudo-inverse, shape (m, m).
+        damping: of the pseudo-inverse, d.
 
     Returns:
-        q' = z + W^-1 J^T (J W^-1 J^T + D)^-1 (w' - J z), shape (n,).
+        q' = z + W^-1 J^T (J W^-1 J^T + d E)^-1 (w' - J z), shape (n,).
     """
-    weighted = jacobian * mobility
-    gram = weighted.dot(jacobian.T) + damping
-    # The transpose is the same matrix, in the order that LAPACK needs; positions spare f2py time.
-    _, multipliers, failed = dposv(gram.T, rates - jacobian.dot(wish), 1, 1)
-    if failed:
-        raise ArithmeticError("inverse kinematics: the task's Gram matrix is not positive definite")
-    return wish + weighted.T.dot(multipliers)
+    m, n = len(rates), len(wish)
+    lower, y = np.zeros((m, m)), np.zeros(m)
+    for i in range(m):
+        y[i] = rates[i]
+        for k in range(n):
+            y[i] -= jacobian[i, k] * wish[k]
+        for j in range(i + 1):
+            for k in range(n):
+                lower[i, j] += jacobian[i, k] * mobility[k] * jacobian[j, k]
+        lower[i, i] += damping
+    solve_positive(lower, y)
+    joint_rates = np.zeros(n)
+    for k in range(n):
+        along = 0.0
+        for i in range(m):
+            along += jacobian[i, k] * y[i]
+        joint_rates[k] = wish[k] + mobility[k] * along
+    return joint_rates
 
 
-class JointResolution:
-    """From wanted rates of a task to a joint command; the redundant joints follow their wishes.
+def solve_positive(matrix, y):
+    """Solve matrix x = y in place for a positive definite matrix, given by its lower triangle.
 
-    The toes and the head are prescribed, the other joints stay near the comfort pose and away
-    from their limits.
+    Afterwards y is x, and the triangle is the Cholesky factor; ArithmeticError if there is none.
     """
-
-    def __init__(
-        self,
-        params: InverseKinematicsParams,
-        position_limits: tuple[np.ndarray, np.ndarray],
-        comfort: np.ndarray,
-        period: float,
-    ):
-        """Create it for joints with the given limits and comfort pose (rad), shape (24,)."""
-        self._params, self._comfort, self._period = params, comfort.copy(), period
-        lower, upper = position_limits
-        self._lower, self._upper = lower + params.limit_margin, upper - params.limit_margin
-        self._damping = params.damping * np.eye(2 * FOOT_TASK)
-        # From the feet's force-controlled directions to their tasks, and to what holds against it.
-        self._reaction = -params.feedforward * np.eye(2 * FOOT_TASK)[:, _WRENCH_ROWS]
-        self._mobility = np.ones((2 * FOOT_TASK, _N))
-        self._mobility[:, _PRESCRIBED] = 0.0
-        self.correction = params.drift_correction / period
-
-    def command(
-        self,
-        q: np.ndarray,
-        task: np.ndarray,
-        rates: np.ndarray,
-        reference: np.ndarray,
-        torque: np.ndarray,
-    ) -> np.ndarray:
-        """Return the joint command that moves the joints from q for one period.
-
-        Args:
-            q: joint angles (rad), shape (24,).
-            task: task rates per joint rate, shape (12, 24).
-            rates: wanted task rates, shape (12,).
-            reference: `task_reference`, for the toes.
-            torque: to feed forward (Nm), shape (24,).
-        """
-        params = self._params
-        wish = null_space_motion(
-            q, self._comfort, self._lower, self._upper, params.comfort_gain, params.limit_gain
-        )
-        for joint, rate in self._prescribed_rates(q, reference):
-            wish[joint] = rate
-        q_dot = resolve_rates(task, rates, self._mobility, wish, self._damping)
-        return np.concatenate([q + self._period * q_dot, q_dot, torque])
-
-    def _prescribed_rates(
-        self, q: np.ndarray, reference: np.ndarray
-    ) -> Iterator[tuple[int, float]]:
-        """Yield the joints of the toes and the head with their rates."""
-        (left, right), (rate_left, rate_right) = (
-            reference[_TOES].tolist(),
-            reference[_TOE_RATES].tolist(),
-        )
-        angles, rates = (left, -right, 0.0, 0.0), (rate_left, -rate_right, 0.0, 0.0)
-        for joint, angle, rate in zip(_PRESCRIBED, angles, rates, strict=True):
-            yield joint, rate + self.correction * (angle - q.item(joint))
-
-    def holding_torque(self, jacobian: np.ndarray, desired_wrench: np.ndarray) -> np.ndarray:
-        """Return the static torque (Nm) that holds both feet's desired wrenches, shape (24,).
-
-        Args:
-            jacobian: of both feet's tasks, shape (12, 24).
-            desired_wrench: the signal of that name.
-        """
-        return jacobian.T.dot(self._reaction.dot(desired_wrench[:6]))
+    m = len(y)
+    for i in range(m):
+        for j in range(i + 1):
+            rest = matrix[i, j]
+            for k in range(j):
+                rest -= matrix[i, k] * matrix[j, k]
+            if i > j:
+                matrix[i, j] = rest / matrix[j, j]
+            elif rest > 0.0:
+                matrix[i, i] = sqrt(rest)
+            else:
+                raise ArithmeticError("the task's Gram matrix is not positive definite")
+    for i in range(m):
+        for k in range(i):
+            y[i] -= matrix[i, k] * y[k]
+        y[i] /= matrix[i, i]
+    for i in range(m - 1, -1, -1):
+        for k in range(i + 1, m):
+            y[i] -= matrix[k, i] * y[k]
+        y[i] /= matrix[i, i]
 
 
-class InverseKinematics(LeafSystem):
+def holding_torque(jacobian, desired_wrench, feedforward):
+    """Return a part of the static torque (Nm) that holds the desired wrenches, shape (24,).
+
+    Args:
+        jacobian: of both feet's tasks, shape (12, 24).
+        desired_wrench: T_x, T_y, F_z of the left and then the right foot, shape (6,) or more.
+        feedforward: the part.
+    """
+    n = jacobian.shape[1]
+    torque = np.zeros(n)
+    for k in range(n):
+        held = 0.0
+        for foot in range(2):
+            first = FOOT_TASK * foot
+            held += jacobian[first + 3, k] * desired_wrench[3 * foot]
+            held += jacobian[first + 4, k] * desired_wrench[3 * foot + 1]
+            held += jacobian[first + 2, k] * desired_wrench[3 * foot + 2]
+        torque[k] = -feedforward * held
+    return torque
+
+
+def command_of(q, joint_rates, torque):
+    """Return the joint command that moves the joints from q for one period, shape (72,)."""
+    n = len(q)
+    command = np.zeros(3 * n)
+    for k in range(n):
+        command[k] = q[k] + PERIOD * joint_rates[k]
+        command[n + k], command[2 * n + k] = joint_rates[k], torque[k]
+    return command
+
+
+class InverseKinematics(Block):
     """Turns the feet's commands into joint commands.
 
-    The state is the commanded joint angles, so that the block needs no measured ones.
-
-    .. pydrake_system::
-
-        name: InverseKinematics
-        input_ports:
-        - task_command_l
-        - task_command_r
-        - task_reference
-        - desired_wrench
-        output_ports:
-        - joint_command
+    Its state is the commanded joint angles, so that it needs no measured ones.
     """
 
+    state = (State(JOINT_ANGLES, hidden=True),)
+    parts = {
+        "toes": Part(TASK_REFERENCE, "toes"),
+        "toe_rates": Part(TASK_REFERENCE, "toe_rates"),
+    }
+    differentiable = False
+
     def __init__(
-        self,
-        params: InverseKinematicsParams,
-        kinematics: Kinematics,
-        initial: np.ndarray,
-        period: float,
+        self, params: InverseKinematicsParams, kinematics: Kinematics, initial: np.ndarray
     ):
         """Create the block.
 
         Args:
             params: gains.
-            kinematics: the controller's model; the block uses it alone.
+            kinematics: the controller's model.
             initial: joint angles at the start (rad), shape (24,); also the comfort pose.
-            period: the control period (s).
         """
-        super().__init__()
-        self._kinematics = kinematics
-        self._resolution = JointResolution(params, kinematics.position_limits, initial, period)
-        state = self.DeclareDiscreteState(initial)
-        self._commands = [
-            self.DeclareVectorInputPort(f"task_command_{foot}", TASK_COMMAND.size) for foot in "lr"
-        ]
-        self._reference = self.DeclareVectorInputPort("task_reference", TASK_REFERENCE.size)
-        self._desired = self.DeclareVectorInputPort("desired_wrench", DESIRED_WRENCH.size)
-        inputs = {p.ticket() for p in (*self._commands, self._reference, self._desired)}
-        self._output = self.DeclareVectorOutputPort(
-            JOINT_COMMAND.name,
-            JOINT_COMMAND.size,
-            self._calc,
-            prerequisites_of_calc=inputs | {self.discrete_state_ticket(state)},
-        )
-        self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._update)
-
-    def _calc(self, context, output):
-        q = context.get_discrete_state_vector().value()
-        left, right = (port.Eval(context).tolist() for port in self._commands)
-        kinematics, resolution = self._kinematics, self._resolution
-        kinematics.update(q)
-        w, w_dot = left[:6] + right[:6], left[6:] + right[6:]
-        rates = [
-            rate + resolution.correction * (wanted - actual)
-            for rate, wanted, actual in zip(w_dot, w, kinematics.w.tolist(), strict=True)
-        ]
-        output.set_value(
-            resolution.command(
-                q,
-                kinematics.jacobian,
-                np.array(rates),
-                self._reference.Eval(context),
-                resolution.holding_torque(kinematics.jacobian, self._desired.Eval(context)),
-            )
+        super().__init__(
+            params,
+            initial={JOINT_ANGLES.name: initial},
+            tree=kinematics.tree,
+            **vars(redundancy(params, kinematics, initial)),
         )
 
-    def _update(self, context, state):
-        state.set_value(self._output.Eval(context)[:_N])
+    @law
+    def joint_command(
+        joint_angles,
+        task_command_l,
+        task_command_r,
+        desired_wrench,
+        toes,
+        toe_rates,
+        tree,
+        comfort,
+        lower,
+        upper,
+        mobility,
+        drift_correction,
+        damping,
+        comfort_gain,
+        limit_gain,
+        feedforward,
+    ):
+        """Return q, q' and the torque that is fed forward."""
+        q, correction = joint_angles, drift_correction / PERIOD
+        w, jacobian = foot_task(q, tree)
+        rates = np.zeros(2 * FOOT_TASK)
+        for i in range(FOOT_TASK):
+            j = FOOT_TASK + i
+            rates[i] = task_command_l[j] + correction * (task_command_l[i] - w[i])
+            rates[j] = task_command_r[j] + correction * (task_command_r[i] - w[j])
+        wish = wished_rates(
+            *(q, comfort, lower, upper, comfort_gain, limit_gain, toes, toe_rates, correction)
+        )
+        joint_rates = resolved_rates(jacobian, rates, mobility, wish, damping)
+        return command_of(q, joint_rates, holding_torque(jacobian, desired_wrench, feedforward))
+
+    @law
+    def next_joint_angles(joint_command):
+        """Return the commanded joint angles."""
+        return joint_command[: len(joint_command) // 3]

@@ -5,15 +5,22 @@ its implicit PD gains; this block adds what lies between the central controller 
 delay, the limits of speed and torque, and the feed-forward. Bandwidths are estimates.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import PdControllerGains
-from pydrake.systems.framework import LeafSystem
 
+from lola_drake.block import Block, State, law
 from lola_drake.parameters import parameter, validate
-from lola_drake.signals import JOINT_COMMAND, JOINTS
+from lola_drake.signals import (
+    JOINT_COMMAND,
+    JOINT_DESIRED_STATE,
+    JOINT_FEEDFORWARD,
+    JOINTS,
+    PERIOD,
+)
+from lola_drake.theory.delay_line import arriving, delayed
 
 _N = len(JOINTS)
 
@@ -42,34 +49,33 @@ def set_servo_gains(plant: MultibodyPlant, params: JointServosParams) -> None:
         )
 
 
-def limit_command(command: np.ndarray, sent: np.ndarray, limits: np.ndarray) -> np.ndarray:
-    """Return the joint command within the joints' speeds and torques.
+def limited_command(command, sent, speed_limit, torque_limit):
+    """Return the joint command within the joints' speeds and torques, shape (72,).
 
     Args:
         command: q, q', torque (rad, rad/s, Nm), shape (72,).
-        sent: q of the command before, shape (24,).
-        limits: how far q may be from there (rad), and the greatest speeds (rad/s) and torques (Nm),
-            shape (72,).
+        sent: q of the command before, shape (24,) or more.
+        speed_limit: greatest speeds (rad/s), shape (24,).
+        torque_limit: greatest torques (Nm), shape (24,).
     """
-    middle = np.zeros(len(command))
-    middle[: len(sent)] = sent
-    return np.minimum(np.maximum(command, middle - limits), middle + limits)
+    n = len(speed_limit)
+    limited = np.zeros(3 * n)
+    for i in range(n):
+        reach = PERIOD * speed_limit[i]
+        limited[i] = min(max(command[i], sent[i] - reach), sent[i] + reach)
+        limited[n + i] = min(max(command[n + i], -speed_limit[i]), speed_limit[i])
+        limited[2 * n + i] = min(max(command[2 * n + i], -torque_limit[i]), torque_limit[i])
+    return limited
 
 
-class JointServos(LeafSystem):
-    """Sends joint commands over the bus to the servos in the plant.
+UNDER_WAY = replace(JOINT_COMMAND, name="commands_under_way", doc="Commands on the bus.")
 
-    The state is the commands on the bus, the newest first; the oldest one arrives at the servos.
 
-    .. pydrake_system::
+class JointServos(Block):
+    """Sends joint commands over the bus to the servos in the plant."""
 
-        name: JointServos
-        input_ports:
-        - joint_command
-        output_ports:
-        - joint_desired_state
-        - joint_feedforward
-    """
+    kind = "actuation"
+    state = (State(UNDER_WAY, hidden=True), JOINT_DESIRED_STATE, JOINT_FEEDFORWARD)
 
     def __init__(
         self,
@@ -77,30 +83,42 @@ class JointServos(LeafSystem):
         speed_limit: np.ndarray,
         torque_limit: np.ndarray,
         initial: np.ndarray,
-        period: float,
     ):
         """Create the block, holding the joint angles `initial` (rad), shape (24,)."""
-        super().__init__()
-        self._limits = np.concatenate([period * speed_limit, speed_limit, torque_limit])
-        self._command = self.DeclareVectorInputPort("joint_command", JOINT_COMMAND.size)
-        self._bus = [
-            (
-                self.DeclareDiscreteState(np.concatenate([initial, np.zeros(_N)])),
-                self.DeclareDiscreteState(_N),
-            )
-            for _ in range(params.delay_ticks)
-        ]
-        desired_state, feedforward = self._bus[-1]
-        self.DeclareStateOutputPort("joint_desired_state", desired_state)
-        self.DeclareStateOutputPort("joint_feedforward", feedforward)
-        self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._update)
+        standing = np.concatenate([initial, np.zeros(2 * _N)])
+        super().__init__(
+            params,
+            initial={
+                UNDER_WAY.name: np.tile(standing, params.delay_ticks - 1),
+                JOINT_DESIRED_STATE.name: standing[: 2 * _N],
+            },
+            speed_limit=speed_limit,
+            torque_limit=torque_limit,
+        )
 
-    def _update(self, context, state):
-        for older, newer in zip(self._bus[1:], self._bus[:-1], strict=True):
-            for to, group in zip(older, newer, strict=True):
-                state.set_value(to, context.get_discrete_state(group).value())
-        desired_state, feedforward = self._bus[0]
-        sent = context.get_discrete_state(desired_state).value()[:_N]
-        command = limit_command(self._command.Eval(context), sent, self._limits)
-        state.set_value(desired_state, command[: 2 * _N])
-        state.set_value(feedforward, command[2 * _N :])
+    @law
+    def next_commands_under_way(
+        commands_under_way, joint_desired_state, joint_command, speed_limit, torque_limit
+    ):
+        """Put the newest command on the bus."""
+        sent = commands_under_way if len(commands_under_way) else joint_desired_state
+        command = limited_command(joint_command, sent, speed_limit, torque_limit)
+        return delayed(commands_under_way, command)
+
+    @law
+    def next_joint_desired_state(
+        commands_under_way, joint_desired_state, joint_command, speed_limit, torque_limit
+    ):
+        """Return q and q' of the command that arrives."""
+        sent = commands_under_way if len(commands_under_way) else joint_desired_state
+        command = limited_command(joint_command, sent, speed_limit, torque_limit)
+        return arriving(commands_under_way, command)[: 2 * len(speed_limit)]
+
+    @law
+    def next_joint_feedforward(
+        commands_under_way, joint_desired_state, joint_command, speed_limit, torque_limit
+    ):
+        """Return the torque of the command that arrives."""
+        sent = commands_under_way if len(commands_under_way) else joint_desired_state
+        command = limited_command(joint_command, sent, speed_limit, torque_limit)
+        return arriving(commands_under_way, command)[2 * len(speed_limit) :]

@@ -21,6 +21,7 @@ class Noise:
             stream: number of the sensor; streams are independent.
         """
         self._deviation, self._key = deviation, (seed, stream)
+        self.size = len(deviation)
         self._number, self._chunk = -1, np.empty((0, len(deviation)))
 
     def __call__(self, k: int) -> np.ndarray:

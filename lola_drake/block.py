@@ -1,0 +1,273 @@
+"""A block is a law: what it reads, what it remembers, what it gives, and how, declared once.
+
+A block's laws are pure functions. What a law's argument is called says what it is:
+
+| argument                          | what the law gets                                        |
+|-----------------------------------|----------------------------------------------------------|
+| a signal, such as `gait_phase`    | that input port; a block of one foot gets its own foot's |
+| one of `parts`                    | some entries of an input port                            |
+| one of `objects`                  | a vector read from an input port that is none            |
+| another law of the block          | that output                                              |
+| one of `state`                    | that part of the block's own state                       |
+| a gain                            | a parameter that may be turned while it runs             |
+| `foot`, `time`                    | 0 for left and 1 for right; simulated time (s)           |
+| anything else                     | a constant of the block, or one of its parameters        |
+
+A law named like a signal is an output, one named `next_` and a state gives that state in the next
+tick, one that is named otherwise is an output of its own. From this declaration come the Drake
+system (`lola_drake.block_system`), the fused controller (`lola_drake.fused`), the drawings, and the
+names in linear models.
+"""
+
+import dataclasses
+import inspect
+from collections.abc import Callable, Mapping
+from typing import ClassVar, NamedTuple
+
+import numpy as np
+
+from lola_drake.signals import FEET, SIGNALS, Signal, of_foot, split_foot
+from lola_drake.theory.noise import Noise
+
+
+class BlockError(TypeError):
+    """A block whose declaration does not fit; the message is one line that says where."""
+
+
+class law(staticmethod):  # noqa: N801
+    """Marks a pure function in the body of a `Block` as one of its laws."""
+
+
+class Part(NamedTuple):
+    """Some entries of a signal: a field, or several in a row; of the block's own foot, if it has one.
+
+    Attributes:
+        signal: the signal.
+        fields: names of the first field and the last one, or of one field.
+    """
+
+    signal: Signal
+    fields: str | tuple[str, str]
+
+    def where(self, foot: str) -> slice | int:
+        """Return the entries; a position instead of a slice where it is a single number."""
+        first, last = (self.fields,) * 2 if isinstance(self.fields, str) else self.fields
+        run = slice(self._field(first, foot).start, self._field(last, foot).stop)
+        return run.start if run.stop - run.start == 1 else run
+
+    def _field(self, name: str, foot: str) -> slice:
+        fields = {field.name: field for field in self.signal.fields}
+        if of_foot(name, foot) in fields:
+            return self.signal.slice(of_foot(name, foot))
+        where = self.signal.slice(name)
+        if foot and fields[name].entries == FEET:
+            where = slice(where.start + FEET.index(foot), where.start + FEET.index(foot) + 1)
+        return where
+
+
+class State(NamedTuple):
+    """A part of a block's state.
+
+    Attributes:
+        signal: what one sample of it is; it may hold several, the newest first.
+        hidden: whether it is not an output.
+    """
+
+    signal: Signal
+    hidden: bool = False
+
+
+class Reading(NamedTuple):
+    """A vector that is read from a port which carries an object of Drake's.
+
+    Attributes:
+        port: the input port.
+        model: makes a value such as the port carries.
+        size: of the vector.
+    """
+
+    port: str
+    model: Callable
+    size: int
+
+
+class Argument(NamedTuple):
+    """Where an argument of a law comes from.
+
+    Attributes:
+        kind: "input", "object", "output", "state", "gain", "constant", "noise" or "time".
+        name: of the port, state, gain or constant.
+        where: entries of the port, or a position; None for all.
+    """
+
+    kind: str
+    name: str
+    where: slice | int | None = None
+
+
+class Block:
+    """Base class of all blocks; a subclass declares its laws and what stands here.
+
+    Attributes:
+        kind: what it is in drawings: command, sensor, planning, control or actuation.
+        state: the parts of its state.
+        parts: arguments that are some entries of an input.
+        objects: arguments that are read from objects of Drake's, each by a method `read_NAME`.
+        signals: signals of its own, which `lola_drake.signals` does not know.
+        held: whether it stays as it is in linear models: it does not depend on the robot.
+        switching: whether its state only switches; it does not move by a little.
+        differentiable: whether its laws work on AutoDiffXd.
+    """
+
+    kind: ClassVar[str] = "control"
+    state: ClassVar[tuple[Signal | State, ...]] = ()
+    parts: ClassVar[Mapping[str, Part]] = {}
+    objects: ClassVar[Mapping[str, Reading]] = {}
+    signals: ClassVar[tuple[Signal, ...]] = ()
+    held: ClassVar[bool] = False
+    switching: ClassVar[bool] = False
+    differentiable: ClassVar[bool] = True
+
+    laws: ClassVar[dict[str, Callable]] = {}
+    states: ClassVar[dict[str, State]] = {}
+
+    def __init_subclass__(cls, **kwargs):
+        super().__init_subclass__(**kwargs)
+        cls.states = {s.signal.name: s for s in (_as_state(s) for s in cls.state)}
+        own = {n: f.__func__ for n, f in vars(cls).items() if isinstance(f, law)}
+        cls.laws = {n: f for n, f in (cls.laws | own).items()}
+        cls.__doc__ = f"{inspect.cleandoc(cls.__doc__ or '')}\n\n{_card(cls)}"
+
+    def __init__(
+        self,
+        params: object = None,
+        foot: str = "",
+        *,
+        initial: Mapping[str, np.ndarray] | None = None,
+        **constants: object,
+    ):
+        """Create a block.
+
+        Args:
+            params: its parameters, a dataclass made of `parameter`; those with a slider are gains.
+            foot: "l" or "r" for a block of one foot.
+            initial: state at the start, by the names of its parts; zero where it says nothing.
+            constants: what else its laws need, by the names of their arguments.
+
+        Raises:
+            BlockError: if a law's argument is nothing known.
+        """
+        self.params, self.foot = params, foot
+        self.constants = constants
+        self.gains = {f.name: f for f in _fields(params) if f.metadata.get("slider")}
+        self.initial = {
+            name: np.array((initial or {}).get(name, np.zeros(state.signal.size)), dtype=float)
+            for name, state in self.states.items()
+        }
+        # All arguments are looked at now, so that what is missing is said at once.
+        self.arguments = {
+            name: tuple(self._argument(name, argument) for argument in _names(function))
+            for name, function in self.laws.items()
+        }
+        if self.steps_in_python:
+            names = [n for n in _names(type(self).next_state) if n != "self"]
+            self.arguments["next_state"] = tuple(self._argument("next_state", n) for n in names)
+
+    @property
+    def steps_in_python(self) -> bool:
+        """Return whether a method `next_state` gives all of the next state: it is no pure law."""
+        return hasattr(type(self), "next_state")
+
+    @property
+    def outputs(self) -> dict[str, Signal]:
+        """Return the signal of each output, in the order of the ports."""
+        names = [name for name in self.laws if not name.startswith("next_")]
+        visible = {n: state.signal for n, state in self.states.items() if not state.hidden}
+        return {name: self.signal(name) for name in names} | visible
+
+    @property
+    def inputs(self) -> dict[str, Signal | Reading]:
+        """Return the signal of each input port, or how it is read, in the order of first use."""
+        found = {}
+        for arguments in self.arguments.values():
+            for kind, name, _ in arguments:
+                if kind == "input":
+                    found.setdefault(name, self.signal(name))
+                elif kind == "object":
+                    reading = self.objects[name]
+                    found.setdefault(reading.port, reading)
+        return found
+
+    def signal(self, name: str) -> Signal:
+        """Return the signal that flows at a port; BlockError if there is none."""
+        known = SIGNALS | {signal.name: signal for signal in self.signals}
+        signal = known.get(name) or known.get(split_foot(name)[0])
+        if signal is None:
+            raise BlockError(f"{type(self).__name__}: no signal is called {name!r}")
+        return signal
+
+    def constant(self, name: str) -> object:
+        """Return a constant of the block, or one of its parameters."""
+        if name == "foot":
+            return FEET.index(self.foot) if self.foot else 0
+        return self.constants[name] if name in self.constants else getattr(self.params, name)
+
+    def _argument(self, function: str, name: str) -> Argument:
+        if name in self.objects:
+            return Argument("object", name)
+        if name in self.states:
+            return Argument("state", name)
+        if name in self.laws:
+            return Argument("output", name)
+        if name in self.parts:
+            part = self.parts[name]
+            return Argument("input", part.signal.name, part.where(self.foot))
+        if name in self.gains:
+            return Argument("gain", name)
+        if name == "time":
+            return Argument("time", name)
+        if name == "foot" or name in self.constants or hasattr(self.params, name):
+            return Argument("noise" if isinstance(self.constants.get(name), Noise) else "constant", name)
+        try:
+            self.signal(name)
+        except BlockError:
+            raise BlockError(
+                f"{type(self).__name__}.{function}: its argument {name!r} is no signal, state, "
+                "gain or constant of the block"
+            ) from None
+        return Argument("input", name)
+
+
+def _as_state(state: Signal | State) -> State:
+    return state if isinstance(state, State) else State(state)
+
+
+def _names(function: Callable) -> tuple[str, ...]:
+    return tuple(inspect.signature(function).parameters)
+
+
+def _fields(params: object) -> tuple[dataclasses.Field, ...]:
+    return dataclasses.fields(params) if dataclasses.is_dataclass(params) else ()
+
+
+def _card(cls: type[Block]) -> str:
+    """Return Drake's port card of a class of blocks; constants are those names that are no signal."""
+    functions = [*cls.laws.values(), *([cls.next_state] if hasattr(cls, "next_state") else [])]
+    known = SIGNALS | {signal.name: signal for signal in cls.signals}
+    inputs = {}
+    for name in (name for function in functions for name in _names(function)):
+        if name in cls.objects:
+            inputs[cls.objects[name].port] = None
+        elif name in cls.parts:
+            inputs[cls.parts[name].signal.name] = None
+        elif name not in cls.states and name not in cls.laws and (
+            name in known or split_foot(name)[0] in known
+        ):
+            inputs[name] = None
+    outputs = [name for name in cls.laws if not name.startswith("next_")]
+    outputs += [name for name, state in cls.states.items() if not state.hidden]
+    lines = [".. pydrake_system::", "", f"    name: {cls.__name__}"]
+    for title, ports in (("input_ports", inputs), ("output_ports", outputs)):
+        if ports:
+            lines += [f"    {title}:", *(f"    - {port}" for port in ports)]
+    return "\n".join(lines)

@@ -1,0 +1,210 @@
+"""The Drake system of a block: ports, tickets, state, gains and updates out of its declaration."""
+
+from collections.abc import Callable, Iterable
+
+import numpy as np
+from pydrake.autodiffutils import AutoDiffXd
+from pydrake.common.value import Value
+from pydrake.systems.framework import BasicVector_, LeafSystem_, SystemScalarConverter
+from pydrake.systems.scalar_conversion import TemplateSystem
+
+from lola_drake.block import Argument, Block, Reading
+from lola_drake.compiled import NotCompilable, compiled, compiling
+from lola_drake.signals import PERIOD
+
+_DIFFERENTIATED = {"object", "noise"}
+"""Arguments that no AutoDiffXd passes through."""
+
+
+def tick_of(context) -> int:
+    """Return the number of the tick that a context is in."""
+    return round(context.get_time() / PERIOD)
+
+
+@TemplateSystem.define("BlockSystem_", T_list=[float, AutoDiffXd])
+def BlockSystem_(T):  # noqa: N802
+    """Return the Drake system of blocks over a scalar."""
+
+    class Impl(LeafSystem_[T]):
+        """The Drake system of a block; its gains are numeric parameters of one entry each."""
+
+        def _construct(self, block: Block, converter=None):
+            convertible = block.differentiable and not block.steps_in_python
+            convertible &= not any(
+                kind in _DIFFERENTIATED for args in block.arguments.values() for kind, *_ in args
+            )
+            LeafSystem_[T].__init__(self, converter if convertible else SystemScalarConverter())
+            self.block = block
+            self.gain_index = {
+                name: self.DeclareNumericParameter(BasicVector_[T]([getattr(block.params, name)]))
+                for name in block.gains
+            }
+            self._inputs = {name: self._input(name, what) for name, what in block.inputs.items()}
+            self._states = {n: self.DeclareDiscreteState(x) for n, x in block.initial.items()}
+            self._readers, self._tickets = {}, {}
+            for name in _in_order(block):
+                self._declare_output(name)
+            if self._states:
+                self.DeclarePeriodicDiscreteUpdateEvent(PERIOD, 0.0, self._update())
+
+        def _construct_copy(self, other, converter=None):
+            Impl._construct(self, other.block, converter=converter)
+
+        def _input(self, name: str, what):
+            if isinstance(what, Reading):
+                return self.DeclareAbstractInputPort(name, what.model())
+            return self.DeclareVectorInputPort(name, what.size)
+
+        def _declare_output(self, name: str) -> None:
+            block = self.block
+            if name in self._states:
+                self.DeclareStateOutputPort(name, self._states[name])
+                return
+            arguments = block.arguments[name]
+            read, function = self._reading(name), self._law(name)
+            self._tickets[name] = set().union(*map(self._ticket, arguments))
+
+            def calculate(context, output):
+                output.SetFromVector(function(*[r(context) for r in read]))
+
+            port = self.DeclareVectorOutputPort(
+                name,
+                block.signal(name).size,
+                calculate,
+                prerequisites_of_calc=self._tickets[name] or {self.nothing_ticket()},
+            )
+            self._readers[name] = port
+
+        def _update(self) -> Callable:
+            block, states = self.block, self._states
+            if block.steps_in_python:
+                read = self._reading("next_state")
+
+                def update(context, state):
+                    following = block.next_state(*[r(context) for r in read])
+                    for index, value in zip(states.values(), following, strict=True):
+                        state.set_value(index, value)
+
+                return update
+            steps = [
+                (states[name], self._law(f"next_{name}"), self._reading(f"next_{name}"))
+                for name in states
+            ]
+
+            def update(context, state):
+                for index, function, read in steps:
+                    state.set_value(index, np.asarray(function(*[r(context) for r in read])))
+
+            return update
+
+        def _law(self, name: str) -> Callable:
+            function = self.block.laws[name]
+            if T is not float or not compiling():
+                return function
+            try:
+                return compiled(function, sample_arguments(self.block, name))
+            except NotCompilable:
+                return function
+
+        def _ticket(self, argument: Argument) -> set:
+            kind, name, _ = argument
+            if kind in ("input", "object"):
+                port = self._inputs[self.block.objects[name].port if kind == "object" else name]
+                return {port.ticket()}
+            if kind == "output":
+                return self._tickets[name]
+            if kind == "state":
+                return {self.discrete_state_ticket(self._states[name])}
+            if kind == "gain":
+                return {self.numeric_parameter_ticket(self.gain_index[name])}
+            return set() if kind == "constant" else {self.time_ticket()}
+
+        def _reading(self, name: str) -> list[Callable]:
+            """Return what gives each argument of a law out of a context."""
+            in_python = self.block.steps_in_python and name == "next_state"
+            compile_it = T is float and compiling() and not in_python
+            return [self._reader(argument, compile_it) for argument in self.block.arguments[name]]
+
+        def _reader(self, argument: Argument, as_array: bool) -> Callable:
+            kind, name, where = argument
+            form = (lambda v: v) if as_array else (lambda v: v.tolist())
+            if kind in ("input", "output"):
+                port = self._inputs[name] if kind == "input" else self._readers[name]
+                if where is None:
+                    return lambda context: form(port.Eval(context))
+                if isinstance(where, int):
+                    return lambda context: port.Eval(context).item(where)
+                return lambda context: form(port.Eval(context)[where])
+            if kind == "state":
+                index = self._states[name]
+                return lambda context: form(context.get_discrete_state(index).CopyToVector())
+            if kind == "gain":
+                index = self.gain_index[name]
+                return lambda context: context.get_numeric_parameter(index).GetAtIndex(0)
+            if kind == "object":
+                port = self._inputs[self.block.objects[name].port]
+                read = getattr(self.block, f"read_{name}")
+                return lambda context: form(np.asarray(read(port.Eval(context)), dtype=float))
+            if kind == "noise":
+                sample = self.block.constant(name)
+                return lambda context: form(sample(tick_of(context)))
+            if kind == "time":
+                return lambda context: context.get_time()
+            value = self.block.constant(name)
+            value = machine_value(value) if as_array else plain_value(value)
+            return lambda context: value
+
+    return Impl
+
+
+BlockSystem = BlockSystem_[float]
+
+
+def _in_order(block: Block) -> Iterable[str]:
+    """Return the outputs such that each comes after those that its law reads, else as declared."""
+    waiting = list(block.outputs)
+    done: set[str] = set()
+    while waiting:
+        ready = next(n for n in waiting if needed_outputs(block, n) <= done)
+        waiting.remove(ready)
+        done.add(ready)
+        yield ready
+
+
+def needed_outputs(block: Block, name: str) -> set[str]:
+    """Return the block's own outputs that one of its laws reads."""
+    return {n for kind, n, _ in block.arguments.get(name, ()) if kind == "output"}
+
+
+def machine_value(value: object) -> object:
+    """Return a constant as machine code takes it: a number, an array, or a named tuple of these."""
+    if isinstance(value, tuple) and hasattr(value, "_fields"):
+        return type(value)(*map(machine_value, value))
+    if isinstance(value, (bool, int, np.integer)):
+        return int(value)
+    if isinstance(value, (float, str)):
+        return value
+    array = np.ascontiguousarray(value)
+    return array if array.dtype.kind == "i" else array.astype(float)
+
+
+def plain_value(value: object) -> object:
+    """Return a constant as plain Python takes it: the same with nested lists for arrays."""
+    value = machine_value(value)
+    if isinstance(value, tuple):
+        return type(value)(*map(plain_value, value))
+    return value.tolist() if isinstance(value, np.ndarray) else value
+
+
+def sample_arguments(block: Block, name: str) -> tuple:
+    """Return values of the kinds that a law of a block gets in machine code."""
+    return tuple(_sample(block, argument) for argument in block.arguments[name])
+
+
+def _sample(block: Block, argument: Argument) -> object:
+    kind, name, where = argument
+    if kind in ("gain", "time") or isinstance(where, int):
+        return 1.0
+    if kind == "constant":
+        return machine_value(block.constant(name))
+    return np.zeros(1)
