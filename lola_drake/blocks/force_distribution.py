@@ -17,8 +17,16 @@ from math import exp
 
 from lola_drake.blocks.scalars import AlgebraicSystem, convertible
 from lola_drake.parameters import parameter, validate
-from lola_drake.signals import DESIRED_WRENCH, FEET, GAIT_PHASE, MODIFIED_WRENCH, TASK_REFERENCE
+from lola_drake.signals import (
+    DESIRED_WRENCH,
+    FEET,
+    GAIT_PHASE,
+    IDEAL_WRENCH,
+    MODIFIED_WRENCH,
+    TASK_REFERENCE,
+)
 
+_IDEAL_FORCE = IDEAL_WRENCH.slice("F").start + 2
 _LOAD = GAIT_PHASE.slice("load")
 _LEFT, _RIGHT = (TASK_REFERENCE.slice(f"w_{foot}", 3) for foot in FEET)
 
@@ -94,18 +102,45 @@ def distribute(
     return wrench
 
 
+def unplanned(
+    desired: Sequence[float], load: Sequence[float], ideal_force: float
+) -> tuple[float, ...]:
+    """Return the part of lambda_d that the plan does not make by itself.
+
+    The pattern makes the planned load by letting the feet sink in. What is left is for the rates of
+    eq. 15: the torques, the feedback of the CoM's height, and a shift of the load.
+
+    Args:
+        desired: T_x, T_y, F_z of the left and then the right foot (Nm, N), shape (6,).
+        load: shares of the left and right foot, shape (2,).
+        ideal_force: vertical force of Lambda_id (N).
+
+    Returns:
+        The same six, without the planned loads.
+    """
+    return (
+        desired[0],
+        desired[1],
+        desired[2] - load[0] * ideal_force,
+        desired[3],
+        desired[4],
+        desired[5] - load[1] * ideal_force,
+    )
+
+
 @convertible
 class ForceDistribution(AlgebraicSystem):
     """Gives each foot its desired wrench and that wrench's rate.
 
-    The rates are those of what the stabiliser adds to the plan, and of the feet's torques. The
-    state is the filtered wrench from which they are taken.
+    The rates are those of what is not planned, see `unplanned`. The state is the filtered wrench
+    from which they are taken.
 
     .. pydrake_system::
 
         name: ForceDistribution
         input_ports:
         - modified_wrench
+        - ideal_wrench
         - gait_phase
         - task_reference
         output_ports:
@@ -119,10 +154,12 @@ class ForceDistribution(AlgebraicSystem):
         # Exact for a wrench that is held over the period.
         self._gain = params.rate_filter * (1 - exp(-period / params.rate_filter))
         self._modified = self.DeclareVectorInputPort("modified_wrench", MODIFIED_WRENCH.size)
+        self._ideal = self.DeclareVectorInputPort("ideal_wrench", IDEAL_WRENCH.size)
         self._phase = self.DeclareVectorInputPort("gait_phase", GAIT_PHASE.size)
         self._reference = self.DeclareVectorInputPort("task_reference", TASK_REFERENCE.size)
         state = self.DeclareDiscreteState(6)
-        inputs = {p.ticket() for p in (self._modified, self._phase, self._reference)}
+        ports = (self._modified, self._ideal, self._phase, self._reference)
+        inputs = {port.ticket() for port in ports}
         self._output = self.DeclareVectorOutputPort(
             "desired_wrench",
             DESIRED_WRENCH.size,
@@ -144,14 +181,11 @@ class ForceDistribution(AlgebraicSystem):
             self._params.cop_margin_y,
             self._params.least_force,
         )
-        # The pattern itself makes the planned load by letting the feet sink in.
-        unplanned = wrench.copy()
-        unplanned[2] -= load[0] * modified[2]
-        unplanned[5] -= load[1] * modified[2]
+        moving = unplanned(wrench, load, self._ideal.Eval(context).tolist()[_IDEAL_FORCE])
         filtered = context.get_discrete_state_vector().CopyToVector().tolist()
         rate = [
-            (wrench - filtered) / self._params.rate_filter
-            for wrench, filtered in zip(unplanned, filtered, strict=True)
+            (now - before) / self._params.rate_filter
+            for now, before in zip(moving, filtered, strict=True)
         ]
         output.set_value(wrench + rate)
 
