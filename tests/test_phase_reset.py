@@ -95,7 +95,7 @@ def test_contact_while_swinging_becomes_the_foothold(legs):
     assert w_dot[:3] == pytest.approx(-after[PLANNED_MOTION.slice("com_velocity")], abs=0.02)
 
 
-def test_force_control_blends_in_from_where_it_was(legs):
+def test_force_control_follows_an_early_contact_within_20_ms_from_where_it_was(legs):
     walker = Walker(legs, phase_reset=True)
     walker.walk_until(1, 0.65)
     swing = walker.request().swing
@@ -103,8 +103,9 @@ def test_force_control_blends_in_from_where_it_was(legs):
     before = walker.output("gait_phase")[blend][swing]
     walker.early = True
     walker.step()
-    assert walker.output("gait_phase")[blend][swing] == pytest.approx(before, abs=1e-4)
-    for _ in range(100):
+    assert walker.output("gait_phase")[blend][swing] == pytest.approx(before, abs=2e-3)
+    assert before < 0.1
+    for _ in range(20):
         walker.step()
     assert walker.output("gait_phase")[blend][swing] == pytest.approx(1.0)
 

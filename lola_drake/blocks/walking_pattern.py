@@ -68,6 +68,9 @@ class WalkingPatternParams:
     blend_time: float = parameter(
         0.1, "duration of the blending between force and position control", "s", above=0
     )
+    contact_blend_time: float = parameter(
+        0.02, "the same after an early contact: into force control", "s", above=0
+    )
     ground_stiffness: float = parameter(
         3e5, "vertical stiffness of a foot, by which a loaded foot sinks in", "N/m", above=0
     )
@@ -142,6 +145,7 @@ class WalkingPattern(LeafSystem):
             legs=legs,
             p_TcpZmp=np.array([params.zmp_forward, params.zmp_inward]),
             blend_time=params.blend_time,
+            contact_blend_time=params.contact_blend_time,
             ground_stiffness=params.ground_stiffness,
             period=period,
         )
