@@ -86,6 +86,13 @@ class WalkingPatternParams:
     phase_reset: bool = parameter(
         False, "stop the swing and begin the double support at an early contact"
     )
+    ground_behind: float = parameter(
+        1.0,
+        "height of the ground expected behind an early foothold: 0 as before it, 1 as under it",
+        "-",
+        minimum=0,
+        maximum=1,
+    )
     toe_lift: float = parameter(
         0.15, "lift of the toe in the middle of the swing", "rad", minimum=0, maximum=0.6
     )
@@ -234,9 +241,10 @@ class WalkingPattern(LeafSystem):
 
         The foot stops where it is, and the double support begins. Its duration is the one for
         which the CoM, as it moves now, asks for the least shift of the ZMP. Behind the foothold
-        the ground may go on or fall back: it is expected half-way, which is never far wrong.
+        the ground is expected at the foothold's height, as the paper tells of its board (V.A), or
+        lower (`ground_behind`).
         """
-        stopped = continued(request, plan, row, self._period)
+        stopped, behind = continued(request, plan, row, self._period), self.params.ground_behind
         foot, side = stopped.feet[request.swing], 1.0 if request.swing == LEFT else -1.0
         landed = replace(
             stopped,
@@ -244,7 +252,7 @@ class WalkingPattern(LeafSystem):
             swing=1 - request.swing,
             load=float(request.swing == RIGHT),
             path=advance(foot[[0, 1, 3]], np.array([0.0, -side * self.params.step_width / 2, 0.0])),
-            ground=(request.ground + foot[2]) / 2,
+            ground=request.ground + behind * (foot[2] - request.ground),
             displacements=self._next(context, request.step_index + 1),
         )
         candidates = [replace(landed, support=support) for support in RESET_SUPPORTS]
