@@ -19,8 +19,8 @@ The force-controlled directions of a foot are ruled by
                                       + b (lambda_d' + e / delta) + (1 - b) D K_x (w_id - w)
 
 where b goes from 0 (position) to 1 (force), and D, the diagonal of dlambda/dw, gives both kinds of
-rows one unit. The other directions are position-controlled. Levelling, grip and limits are those of
-`HybridForceControl`.
+rows one unit. The other directions are position-controlled. Levelling, grip, the late foot and
+limits are those of `HybridForceControl`.
 """
 
 from dataclasses import dataclass
@@ -30,15 +30,19 @@ from pydrake.systems.framework import BasicVector, LeafSystem
 
 from lola_drake.blocks.hybrid_force_control import (
     FORCE_CONTROLLED,
+    TOUCHED,
     FootSensor,
     HybridForceControlParams,
     held_time_constant,
     limited_rate,
+    overdue_time,
+    seeking_rate,
     wrench_at_tcp,
 )
 from lola_drake.blocks.inverse_kinematics import InverseKinematicsParams, JointResolution
 from lola_drake.robot import FOOT_TASK, PADS, Kinematics
 from lola_drake.signals import (
+    CONTACT,
     CONTACT_WRENCH,
     DESIRED_WRENCH,
     FEET,
@@ -51,7 +55,7 @@ from lola_drake.signals import (
     TORSO_ORIENTATION,
 )
 
-_BLEND = GAIT_PHASE.slice("blend").start
+_BLEND, _SUPPORT = GAIT_PHASE.slice("blend").start, GAIT_PHASE.slice("support")
 _FEET_RATES = slice(TASK_REFERENCE.slice("w_dot_l").start, TASK_REFERENCE.slice("w_dot_r").stop)
 _RIGID_HEIGHT_RATES = np.array([[pad.y, -pad.x, 1.0] for pad in PADS])
 """The heights of the pads' centres by a rigid foot's sin gamma_x, sin gamma_y and z."""
@@ -127,7 +131,8 @@ def foot_law(
 class ConfigurationForceControl(LeafSystem):
     """Turns both feet's force errors into joint commands.
 
-    The state is the commanded joint angles. The numeric parameter 0 holds delta and K_x.
+    The state is the commanded joint angles, and how long each foot has been overdue. The numeric
+    parameter 0 holds delta and K_x.
 
     .. pydrake_system::
 
@@ -138,6 +143,7 @@ class ConfigurationForceControl(LeafSystem):
         - desired_wrench
         - measured_wrench
         - torso_orientation
+        - contact
         output_ports:
         - joint_command
         - task_command_l
@@ -176,16 +182,23 @@ class ConfigurationForceControl(LeafSystem):
         self._gains = self.DeclareNumericParameter(
             BasicVector([params.time_constant, params.position_gain])
         )
-        state = self.DeclareDiscreteState(initial)
+        state = self._state = self.DeclareDiscreteState(initial)
+        self._overdue = self.DeclareDiscreteState(np.full(2, TOUCHED))
         self._reference = self.DeclareVectorInputPort("task_reference", TASK_REFERENCE.size)
         self._phase = self.DeclareVectorInputPort("gait_phase", GAIT_PHASE.size)
         self._desired = self.DeclareVectorInputPort("desired_wrench", DESIRED_WRENCH.size)
         self._measured = self.DeclareVectorInputPort("measured_wrench", MEASURED_WRENCH.size)
         self._orientation = self.DeclareVectorInputPort("torso_orientation", TORSO_ORIENTATION.size)
+        self._switches = self.DeclareVectorInputPort("contact", CONTACT.size)
         own = {self.discrete_state_ticket(state)}
         sensing = own | {self._measured.ticket()}
         modifying = own | {self._reference.ticket()}
-        everything = {self.all_input_ports_ticket(), self.all_parameters_ticket()} | own
+        everything = own | {
+            port.ticket()
+            for port in (self._reference, self._phase, self._desired, self._measured)
+        }
+        everything |= {self._orientation.ticket(), self.all_parameters_ticket()}
+        everything |= {self.discrete_state_ticket(self._overdue)}
         self._command = self._declare(
             JOINT_COMMAND.name, JOINT_COMMAND.size, self._calc_joint_command, everything
         )
@@ -213,9 +226,12 @@ class ConfigurationForceControl(LeafSystem):
     def _declare(self, name: str, size: int, calc, prerequisites: set):
         return self.DeclareVectorOutputPort(name, size, calc, prerequisites_of_calc=prerequisites)
 
+    def _joints(self, context) -> np.ndarray:
+        return context.get_discrete_state(self._state).value()
+
     def _look(self, context) -> Kinematics:
         """Return the kinematics at the commanded joint angles."""
-        q = context.get_discrete_state_vector().value()
+        q = self._joints(context)
         if self._known is None or not np.array_equal(q, self._known):
             self._kinematics.update(q)
             self._known = q.copy()
@@ -264,7 +280,7 @@ class ConfigurationForceControl(LeafSystem):
             )
             rows[controlled], rates[controlled] = law.rows, law.task_rows.dot(task_rate)
         torque = resolution.holding_torque(kinematics.jacobian, desired)
-        q = context.get_discrete_state_vector().value()
+        q = self._joints(context)
         output.set_value(resolution.command(q, rows, rates, reference, torque))
 
     def _foot_law(self, context, foot: int, kinematics: Kinematics, desired) -> FootLaw:
@@ -288,8 +304,14 @@ class ConfigurationForceControl(LeafSystem):
         )
 
     def _limited(self, context, foot: int, law: FootLaw) -> list[float]:
+        rates = law.modification_rate().tolist()
+        overdue = context.get_discrete_state(self._overdue).value().item(foot)
+        params = self._params
+        rates[2] = seeking_rate(
+            rates[2], overdue, params.search_onset, params.search_ramp, params.search_speed
+        )
         directions = zip(
-            law.modification_rate().tolist(),
+            rates,
             self._modifications[foot].Eval(context).tolist(),
             self._params.limits().tolist(),
             self._params.rate_limits().tolist(),
@@ -298,7 +320,18 @@ class ConfigurationForceControl(LeafSystem):
         return [limited_rate(*direction, self._period) for direction in directions]
 
     def _update(self, context, state):
-        state.set_value(self._command.Eval(context)[JOINT_COMMAND.slice("q")])
+        state.set_value(self._state, self._command.Eval(context)[JOINT_COMMAND.slice("q")])
+        overdue = context.get_discrete_state(self._overdue).value().tolist()
+        planned = self._phase.Eval(context)[_SUPPORT].tolist()
+        pads = self._switches.Eval(context).tolist()
+        closed = sum(pads[:4]), sum(pads[4:])
+        state.set_value(
+            self._overdue,
+            [
+                overdue_time(late, support, switches, self._period)
+                for late, support, switches in zip(overdue, planned, closed, strict=True)
+            ],
+        )
 
 
 def _task(foot: str) -> slice:

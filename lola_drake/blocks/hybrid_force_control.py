@@ -14,7 +14,8 @@
 | Delta w'       | `modification_rate()`, eq. 15, 16 and 21 |
 | w_mod, w_mod'  | `task_command`, eq. 10 and 11            |
 
-The model's stiffness is an estimate: LOLA's is not published.
+The model's stiffness is an estimate: LOLA's is not published. The paper says nothing of a foot that
+finds no ground where it is planned; that it seeks it (`seeking_rate()`) is our own choice.
 """
 
 from collections.abc import Sequence
@@ -27,6 +28,7 @@ from lola_drake.parameters import parameter, validate
 from lola_drake.robot import Rows
 from lola_drake.signals import (
     COM_DYNAMICS_RATE,
+    CONTACT,
     CONTACT_WRENCH,
     DESIRED_WRENCH,
     FEET,
@@ -42,6 +44,9 @@ FORCE_CONTROLLED = np.array([3, 4, 2])
 """S_c,f of eq. 12: sin gamma_x, sin gamma_y and z within a foot's task."""
 
 _CONTROLLED = FORCE_CONTROLLED.tolist()
+
+TOUCHED = -1.0
+"""Instead of how long a foot is overdue: it has touched the ground since its last swing."""
 
 
 @dataclass(frozen=True)
@@ -68,6 +73,15 @@ class HybridForceControlParams:
         minimum=0,
         maximum=1,
     )
+    search_speed: float = parameter(
+        0.22, "least speed at which a late foot seeks the ground, 0 for none", "m/s", minimum=0
+    )
+    search_onset: float = parameter(
+        0.03, "how long after its planned touchdown a foot is late", "s", minimum=0
+    )
+    search_ramp: float = parameter(
+        0.05, "duration in which the search reaches its speed", "s", above=0
+    )
     max_height: float = parameter(0.08, "limit of the foot's height modification", "m", above=0)
     max_height_rate: float = parameter(0.5, "limit of its rate", "m/s", above=0)
     max_angle: float = parameter(0.25, "limit of the foot's angle modification", "rad", above=0)
@@ -83,6 +97,42 @@ class HybridForceControlParams:
     def rate_limits(self) -> np.ndarray:
         """Return the limits of its rate, shape (3,)."""
         return np.array([self.max_angle_rate, self.max_angle_rate, self.max_height_rate])
+
+
+def overdue_time(overdue: float, planned: float, closed: float, period: float) -> float:
+    """Return how long a foot has been overdue on the ground, in the next tick (s).
+
+    `TOUCHED` holds from the first touch to the next swing, whatever the switches do: a foot that is
+    unloaded, or that bounces, is not late.
+
+    Args:
+        overdue: the same in this tick.
+        planned: 1 where the plan has the foot on the ground, 0 in its swing.
+        closed: number of the foot's closed switches.
+        period: the control period (s).
+    """
+    if planned < 0.5:
+        return 0.0
+    if closed > 0 or overdue < 0:
+        return TOUCHED
+    return overdue + period
+
+
+def seeking_rate(rate: float, overdue: float, onset: float, ramp: float, speed: float) -> float:
+    """Return the rate of a foot's height (m/s): a late foot goes down at least at a landing speed.
+
+    Own choice. It ends where the foot touches, or at the limit of Delta w. The load moves on to the
+    foot as planned; nothing waits for it.
+
+    Args:
+        rate: by eq. 16 and 21.
+        overdue: how long the foot has been overdue (s), or `TOUCHED`.
+        onset: how long it may be (s).
+        ramp: duration in which the search reaches its speed (s).
+        speed: of the search (m/s), downward.
+    """
+    late = min(max((overdue - onset) / ramp, 0.0), 1.0)
+    return rate + late * min(-speed - rate, 0.0)
 
 
 @dataclass(frozen=True)
@@ -183,8 +233,8 @@ def limited_rate(
 class HybridForceControl(AlgebraicSystem):
     """Turns one foot's force error into a modification of its trajectory.
 
-    The state is Delta w, the modification of sin gamma_x, sin gamma_y and z. The numeric
-    parameter 0 holds delta and K_x.
+    The state is Delta w, the modification of sin gamma_x, sin gamma_y and z, and how long the foot
+    has been overdue. The numeric parameter 0 holds delta and K_x.
 
     .. pydrake_system::
 
@@ -196,6 +246,7 @@ class HybridForceControl(AlgebraicSystem):
         - measured_wrench
         - com_dynamics_rate
         - torso_orientation
+        - contact
         output_ports:
         - task_command
         - contact_wrench
@@ -225,9 +276,12 @@ class HybridForceControl(AlgebraicSystem):
         self._grip_force, self._leveling = params.grip_force, params.leveling
         self._limits = params.limits().tolist()
         self._rate_limits = params.rate_limits().tolist()
+        self._search = params.search_onset, params.search_ramp, params.search_speed
         self._w = TASK_REFERENCE.slice(f"w_{foot}")
         self._w_dot = TASK_REFERENCE.slice(f"w_dot_{foot}")
         self._blend = GAIT_PHASE.slice("blend").start + FEET.index(foot)
+        self._support = GAIT_PHASE.slice("support").start + FEET.index(foot)
+        self._pads = CONTACT.slice(f"pads_{foot}")
         self._desired_wrench = DESIRED_WRENCH.slice(f"wrench_{foot}")
         self._desired_rate = DESIRED_WRENCH.slice(f"rate_{foot}")
         first = MEASURED_WRENCH.slice(f"F_{foot}").start
@@ -236,7 +290,8 @@ class HybridForceControl(AlgebraicSystem):
         self._gains = self.DeclareNumericParameter(
             self.Vector([params.time_constant, params.position_gain])
         )
-        state = self.DeclareDiscreteState(TASK_MODIFICATION.size)
+        state = self._state = self.DeclareDiscreteState(TASK_MODIFICATION.size)
+        self._overdue = self.DeclareDiscreteState([TOUCHED])
         self._reference = self.DeclareVectorInputPort("task_reference", TASK_REFERENCE.size)
         self._phase = self.DeclareVectorInputPort("gait_phase", GAIT_PHASE.size)
         self._desired = self.DeclareVectorInputPort("desired_wrench", DESIRED_WRENCH.size)
@@ -245,9 +300,11 @@ class HybridForceControl(AlgebraicSystem):
             "com_dynamics_rate", COM_DYNAMICS_RATE.size
         )
         self._orientation = self.DeclareVectorInputPort("torso_orientation", TORSO_ORIENTATION.size)
+        self._switches = self.DeclareVectorInputPort("contact", CONTACT.size)
         own = {self.discrete_state_ticket(state), self.all_parameters_ticket()}
         contact_inputs = {self._reference.ticket(), self._measured.ticket()} | own
-        all_inputs = contact_inputs | {
+        all_inputs = contact_inputs | {self.discrete_state_ticket(self._overdue)}
+        all_inputs |= {
             port.ticket()
             for port in (self._phase, self._desired, self._com_dynamics, self._orientation)
         }
@@ -293,14 +350,19 @@ class HybridForceControl(AlgebraicSystem):
         level = (-self._leveling * phi_x, -self._leveling * phi_y, 0.0)
         grip = min(max(contact[2] / self._grip_force, 0.0), 1.0)
         blend = (grip * force_controlled, grip * force_controlled, force_controlled)
-        w, w_dot = reference[self._w], reference[self._w_dot]
-        for k, i in enumerate(_CONTROLLED):
-            rate = modification_rate(
+        rates = [
+            modification_rate(
                 force_rate[k], com_dynamics_rate[k], delta[k] - level[k], blend[k], position_gain
             )
+            for k in range(3)
+        ]
+        (overdue,) = context.get_discrete_state(self._overdue).CopyToVector().tolist()
+        rates[2] = seeking_rate(rates[2], overdue, *self._search)
+        w, w_dot = reference[self._w], reference[self._w_dot]
+        for k, i in enumerate(_CONTROLLED):
             w[i] += delta[k]
             w_dot[i] += limited_rate(
-                rate, delta[k], self._limits[k], self._rate_limits[k], self._period
+                rates[k], delta[k], self._limits[k], self._rate_limits[k], self._period
             )
         output.set_value(w + w_dot)
 
@@ -309,5 +371,10 @@ class HybridForceControl(AlgebraicSystem):
         ideal = self._reference.Eval(context).tolist()[self._w_dot]
         delta = self._modification.Eval(context).tolist()
         state.set_value(
-            [delta[k] + self._period * (w_dot[i] - ideal[i]) for k, i in enumerate(_CONTROLLED)]
+            self._state,
+            [delta[k] + self._period * (w_dot[i] - ideal[i]) for k, i in enumerate(_CONTROLLED)],
         )
+        (overdue,) = context.get_discrete_state(self._overdue).CopyToVector().tolist()
+        planned = self._phase.Eval(context).item(self._support)
+        closed = sum(self._switches.Eval(context).tolist()[self._pads])
+        state.set_value(self._overdue, [overdue_time(overdue, planned, closed, self._period)])
