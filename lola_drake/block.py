@@ -109,6 +109,7 @@ class Block:
     """Base class of all blocks; a subclass declares its laws and what stands here.
 
     Attributes:
+        Params: the class of its parameters, a dataclass made of `parameter`.
         kind: what it is in drawings: command, sensor, planning, control or actuation.
         state: the parts of its state.
         parts: arguments that are some entries of an input.
@@ -119,6 +120,7 @@ class Block:
         differentiable: whether its laws work on AutoDiffXd.
     """
 
+    Params: ClassVar[type | None] = None
     kind: ClassVar[str] = "control"
     state: ClassVar[tuple[Signal | State, ...]] = ()
     parts: ClassVar[Mapping[str, Part]] = {}
@@ -172,6 +174,21 @@ class Block:
         if self.steps_in_python:
             names = [n for n in _names(type(self).next_state) if n != "self"]
             self.arguments["next_state"] = tuple(self._argument("next_state", n) for n in names)
+
+    @classmethod
+    def in_place_of(cls, block: "Block") -> "Block":
+        """Return a block of this class that takes another one's place, with what that one knows.
+
+        It has the other's foot and constants, its parameters if they are of the class `Params`, or
+        else those of `Params` as they are by default, and its initial state where they share one.
+        """
+        params = block.params
+        if cls.Params is not None and not isinstance(params, cls.Params):
+            params = cls.Params()
+        new = cls.__new__(cls)
+        new.__dict__.update({k: v for k, v in vars(block).items() if k.startswith("_")})
+        Block.__init__(new, params, block.foot, initial=block.initial, **block.constants)
+        return new
 
     @property
     def steps_in_python(self) -> bool:

@@ -1,10 +1,13 @@
-"""The walking controller: the paper's Fig. 2 as a Diagram of blocks."""
+"""The walking controller: the paper's Fig. 2 as blocks, and as a Diagram of them."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 from pydrake.systems.framework import Diagram, DiagramBuilder, LeafSystem
 
+from lola_drake.block import Block
+from lola_drake.block_system import BlockSystem
 from lola_drake.blocks.com_dynamics import ComDynamics
 from lola_drake.blocks.configuration_force_control import ConfigurationForceControl
 from lola_drake.blocks.force_distribution import ForceDistribution
@@ -22,9 +25,12 @@ from lola_drake.robot import (
     solve_posture,
 )
 from lola_drake.scenario import Control, Scenario
-from lola_drake.signals import FEET, PERIOD
+from lola_drake.signals import FEET, of_foot, split_foot
 from lola_drake.theory.constants import GRAVITY
 from lola_drake.theory.contact_model import contact_matrix
+
+Blocks = Mapping[str, Block | LeafSystem]
+"""Blocks by their names, those of one foot ending in _l or _r; a system of Drake's may be one."""
 
 
 @dataclass(frozen=True)
@@ -55,6 +61,77 @@ def initial_stance(scenario: Scenario, kinematics: Kinematics) -> Stance:
     return Stance(q=q, p_PT=request.com - p_TCom, inertia=inertia)
 
 
+def controller_blocks(
+    scenario: Scenario, kinematics: Kinematics, stance: Stance, steps: np.ndarray | None = None
+) -> dict[str, Block]:
+    """Return the blocks of a scenario's controller, by name.
+
+    Args:
+        scenario: its parameters.
+        kinematics: the controller's model of the robot.
+        stance: how the robot stands at the start.
+        steps: (forward, left, turn) per step, shape (n, 3); None to follow `walk_command`.
+    """
+    control = scenario.active_control()
+    add_motion = _configuration_space if scenario.variant == "original" else _task_space
+    return {
+        "walking_pattern": WalkingPattern(
+            scenario.pattern,
+            leg_model(kinematics),
+            steps=steps,
+            start_time=scenario.walk.start_time,
+        ),
+        "imu_stabilizer": ImuStabilizer(control.stabilizer),
+        "force_distribution": ForceDistribution(control.distribution),
+        **add_motion(control, kinematics, stance),
+        "joint_servos": JointServos(
+            control.servos, kinematics.velocity_limits, kinematics.effort_limits, stance.q
+        ),
+    }
+
+
+def _task_space(control: Control, kinematics: Kinematics, stance: Stance) -> dict[str, Block]:
+    """Return the paper's force control and CoM dynamics of each foot, and inverse kinematics."""
+    area = sum(pad.area for pad in PADS)
+    stiffness = contact_matrix(PADS, control.force.model_stiffness / area)
+    sensor = FootSensor(*foot_sensor_geometry(kinematics))
+    blocks: dict[str, Block] = {}
+    for foot in FEET:
+        blocks[of_foot("force_control", foot)] = HybridForceControl(
+            control.force,
+            foot,
+            inverse_contact_matrix=np.linalg.inv(stiffness),
+            sensor=sensor,
+        )
+    for foot in FEET:
+        blocks[of_foot("com_dynamics", foot)] = ComDynamics(
+            control.com_dynamics,
+            foot,
+            inertia=stance.inertia,
+            modification_limits=control.force.limits,
+        )
+    blocks["inverse_kinematics"] = InverseKinematics(
+        control.inverse_kinematics, kinematics, stance.q
+    )
+    return blocks
+
+
+def _configuration_space(
+    control: Control, kinematics: Kinematics, stance: Stance
+) -> dict[str, Block]:
+    """Return the force control of [23], which solves the inverse kinematics of both feet itself."""
+    return {
+        "configuration_force_control": ConfigurationForceControl(
+            control.force,
+            control.inverse_kinematics,
+            kinematics,
+            FootSensor(*foot_sensor_geometry(kinematics)),
+            stance.q,
+            control.force.model_stiffness,
+        )
+    }
+
+
 class WalkingController(Diagram):
     """Everything between sensors and joints; every signal is also an output, for logs.
 
@@ -72,113 +149,39 @@ class WalkingController(Diagram):
         - (every signal between the blocks)
     """
 
-    def __init__(self, scenario: Scenario, steps: np.ndarray | None = None):
-        """Create the controller of a scenario.
-
-        Args:
-            scenario: its parameters.
-            steps: (forward, left, turn) per step, shape (n, 3); None to follow `walk_command`.
-        """
+    def __init__(self, blocks: Blocks):
+        """Create the controller of blocks that read each other's outputs by name."""
         super().__init__()
-        kinematics = Kinematics()
-        self.stance = stance = initial_stance(scenario, kinematics)
-        control = scenario.active_control()
         builder = DiagramBuilder()
-        add = builder.AddNamedSystem
-
-        pattern = add(
-            "walking_pattern",
-            WalkingPattern(
-                scenario.pattern,
-                leg_model(kinematics),
-                PERIOD,
-                steps=steps,
-                start_time=scenario.walk.start_time,
-            ),
-        )
-        stabilizer = add("imu_stabilizer", ImuStabilizer(control.stabilizer))
-        distribution = add("force_distribution", ForceDistribution(control.distribution, PERIOD))
-        add_motion = _add_configuration_space if scenario.variant == "original" else _add_task_space
-        motion = add_motion(builder, control, kinematics, stance)
-        servos = add(
-            "joint_servos",
-            JointServos(
-                control.servos,
-                kinematics.velocity_limits,
-                kinematics.effort_limits,
-                stance.q,
-                PERIOD,
-            ),
-        )
-
-        _connect_by_name(
-            builder, [(pattern, ""), (stabilizer, ""), (distribution, ""), *motion, (servos, "")]
-        )
+        systems = {name: add_block(builder, name, block) for name, block in blocks.items()}
+        _connect_by_name(builder, systems)
         builder.BuildInto(self)
 
 
-_Blocks = list[tuple[LeafSystem, str]]
-"""Blocks, each with the foot that it serves, "l", "r", or "" for both."""
+def add_block(builder: DiagramBuilder, name: str, block: Block | LeafSystem) -> LeafSystem:
+    """Add a block to a diagram, or a system of Drake's in its place, and return the system."""
+    system = BlockSystem(block) if isinstance(block, Block) else block
+    return builder.AddNamedSystem(name, system)
 
 
-def _add_task_space(
-    builder: DiagramBuilder, control: Control, kinematics: Kinematics, stance: Stance
-) -> _Blocks:
-    """Add the paper's force control and CoM dynamics of each foot, and the inverse kinematics."""
-    area = sum(pad.area for pad in PADS)
-    stiffness = contact_matrix(PADS, control.force.model_stiffness / area)
-    sensor = FootSensor(*foot_sensor_geometry(kinematics))
-    force_control = [
-        (HybridForceControl(control.force, foot, stiffness, sensor, PERIOD), foot) for foot in FEET
-    ]
-    com_dynamics = [
-        (
-            ComDynamics(control.com_dynamics, foot, stance.inertia, control.force.limits(), PERIOD),
-            foot,
-        )
-        for foot in FEET
-    ]
-    for name, blocks in (("force_control", force_control), ("com_dynamics", com_dynamics)):
-        for block, foot in blocks:
-            builder.AddNamedSystem(f"{name}_{foot}", block)
-    inverse_kinematics = builder.AddNamedSystem(
-        "inverse_kinematics",
-        InverseKinematics(control.inverse_kinematics, kinematics, stance.q, PERIOD),
-    )
-    return [*force_control, *com_dynamics, (inverse_kinematics, "")]
-
-
-def _add_configuration_space(
-    builder: DiagramBuilder, control: Control, kinematics: Kinematics, stance: Stance
-) -> _Blocks:
-    """Add the force control of [23], which solves the inverse kinematics of both feet itself."""
-    sensor = FootSensor(*foot_sensor_geometry(kinematics))
-    block = builder.AddNamedSystem(
-        "configuration_force_control",
-        ConfigurationForceControl(
-            control.force, control.inverse_kinematics, kinematics, sensor, stance.q, PERIOD
-        ),
-    )
-    return [(block, "")]
-
-
-def _connect_by_name(builder: DiagramBuilder, blocks: _Blocks) -> None:
+def _connect_by_name(builder: DiagramBuilder, systems: Mapping[str, LeafSystem]) -> None:
     """Connect every input to the output of its name, and export all that is left over.
 
-    A foot's signals carry its name as a suffix. Inputs that no block provides come from outside;
-    every output goes there too.
+    A block of one foot gets that foot's signal where there is one. Inputs that no block provides
+    come from outside; every output goes there too.
     """
-    outputs = {}
-    for block, foot in blocks:
-        for i in range(block.num_output_ports()):
-            port = block.get_output_port(i)
-            outputs[f"{port.get_name()}_{foot}" if foot else port.get_name()] = port
-    inputs = {}
-    for block, foot in blocks:
-        for i in range(block.num_input_ports()):
-            port = block.get_input_port(i)
+    outputs, inputs = {}, {}
+    for block, system in systems.items():
+        _, foot = split_foot(block)
+        for i in range(system.num_output_ports()):
+            port = system.get_output_port(i)
+            outputs[of_foot(port.get_name(), foot)] = port
+    for block, system in systems.items():
+        _, foot = split_foot(block)
+        for i in range(system.num_input_ports()):
+            port = system.get_input_port(i)
             name = port.get_name()
-            source = outputs.get(name) or outputs.get(f"{name}_{foot}")
+            source = outputs.get(of_foot(name, foot)) or outputs.get(name)
             if source is not None:
                 builder.Connect(source, port)
             elif name in inputs:

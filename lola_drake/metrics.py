@@ -15,6 +15,7 @@ from lola_drake.signals import (
     FEET,
     GAIT_PHASE,
     GROUND_FORCE,
+    MODIFIED_WRENCH,
     TASK_COMMAND,
 )
 
@@ -68,6 +69,7 @@ def metrics(times: np.ndarray, signals: Signals, limits: Limits) -> dict[str, ob
         "mean_speed_m_per_s": mean_speed(times, torso, gait),
         "max_inclination_deg": max_inclination(torso[settled]),
         "rms_torque_error_Nm": rms(torque_error(signals)[counted]),
+        "rms_torque_error_modified_Nm": rms(modified_torque_error(signals)[counted]),
         "max_foot_force_N": max_foot_force([force[settled] for force in forces]),
         "max_slip_m": max(map(max_slip, feet, forces)),
         "settling_time_s": settling_time(times[settled], torso[settled]),
@@ -89,17 +91,41 @@ def max_inclination(torso_pose: np.ndarray) -> dict[str, float]:
 
 
 def torque_error(signals: Signals) -> np.ndarray:
-    """Return desired minus measured torque about the CoM in T (Nm), x and y, shape (n, 2).
+    """Return the torque about the CoM in T (Nm) by lambda_d minus the measured, shape (n, 2)."""
+    desired = [DESIRED_WRENCH.slice(f"wrench_{foot}") for foot in FEET]
+    wanted = _feet_torque(signals, [signals["desired_wrench"][:, wrench] for wrench in desired])
+    return wanted - _measured_torque(signals)
 
-    The torque of both feet about the CoM, with r from the CoM to the TCP: the rows of R_f in
-    eq. 18, T_x + r_y F_z and T_y - r_x F_z.
+
+def modified_torque_error(signals: Signals) -> np.ndarray:
+    """Return the torque of Lambda_mod minus the measured in T (Nm), shape (n, 2).
+
+    It also counts what the distribution could not ask of the feet. The horizontal forces, which
+    nobody controls, count as those of Lambda_mod, at the height of the load.
+    """
+    modified, load = signals["modified_wrench"], signals["gait_phase"][:, GAIT_PHASE.slice("load")]
+    z = [signals[f"task_command_{foot}"][:, TASK_COMMAND.slice("w").start + 2] for foot in FEET]
+    height = (load * np.column_stack(z)).sum(axis=1)
+    F_x, F_y = modified[:, MODIFIED_WRENCH.slice("F", 2)].T
+    wanted = modified[:, MODIFIED_WRENCH.slice("T", 2)]
+    by_horizontal_forces = np.column_stack([-height * F_y, height * F_x])
+    return wanted - by_horizontal_forces - _measured_torque(signals)
+
+
+def _measured_torque(signals: Signals) -> np.ndarray:
+    wrench = CONTACT_WRENCH.slice("wrench")
+    return _feet_torque(signals, [signals[f"contact_wrench_{foot}"][:, wrench] for foot in FEET])
+
+
+def _feet_torque(signals: Signals, wrenches: list[np.ndarray]) -> np.ndarray:
+    """Return the torque of both feet's T_x, T_y, F_z about the CoM, x and y, shape (n, 2).
+
+    With r from the CoM to the TCP: the rows of R_f in eq. 18, T_x + r_y F_z and T_y - r_x F_z.
     """
     total = 0.0
-    for foot in FEET:
-        desired = signals["desired_wrench"][:, DESIRED_WRENCH.slice(f"wrench_{foot}")]
-        measured = signals[f"contact_wrench_{foot}"][:, CONTACT_WRENCH.slice("wrench")]
+    for foot, wrench in zip(FEET, wrenches, strict=True):
         r = signals[f"task_command_{foot}"][:, TASK_COMMAND.slice("w")]
-        T_x, T_y, F_z = (desired - measured).T
+        T_x, T_y, F_z = wrench.T
         total = total + np.column_stack([T_x + r[:, 1] * F_z, T_y - r[:, 0] * F_z])
     return total
 

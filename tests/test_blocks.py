@@ -25,7 +25,9 @@ FEEDTHROUGH = {
             "task_modification_r",
         }
     },
-    "force_distribution": {"desired_wrench": {"modified_wrench", "gait_phase", "task_reference"}},
+    "force_distribution": {
+        "desired_wrench": {"modified_wrench", "ideal_wrench", "gait_phase", "task_reference"}
+    },
     "force_control_l": {
         "task_command": {
             "task_reference",

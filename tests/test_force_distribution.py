@@ -9,8 +9,9 @@ from lola_drake.blocks.force_distribution import (
     ForceDistribution,
     ForceDistributionParams,
     distribute,
+    unplanned,
 )
-from lola_drake.signals import DESIRED_WRENCH, GAIT_PHASE, PERIOD, TASK_REFERENCE
+from lola_drake.signals import DESIRED_WRENCH, GAIT_PHASE, IDEAL_WRENCH, PERIOD, TASK_REFERENCE
 
 MARGIN_X, MARGIN_Y, LEAST = 0.09, 0.08, 20.0
 HEIGHT = 0.85
@@ -152,14 +153,18 @@ class Feet:
         self.context = self.block.CreateDefaultContext()
         self.put(balanced((0.5, 0.5)))
 
-    def put(self, situation):
+    def put(self, situation, height_feedback=0.0):
+        """Give it a situation whose vertical force holds a feedback (N) beside the plan's."""
         modified, load, r_left, r_right = situation
+        ideal = np.zeros(IDEAL_WRENCH.size)
+        ideal[IDEAL_WRENCH.slice("F").start + 2] = modified[2] - height_feedback
         phase, reference = np.zeros(GAIT_PHASE.size), np.zeros(TASK_REFERENCE.size)
         phase[GAIT_PHASE.slice("load")] = load
         reference[TASK_REFERENCE.slice("w_l", 3)] = r_left
         reference[TASK_REFERENCE.slice("w_r", 3)] = r_right
         for name, value in (
             ("modified_wrench", modified),
+            ("ideal_wrench", ideal),
             ("gait_phase", phase),
             ("task_reference", reference),
         ):
@@ -214,6 +219,25 @@ def test_rate_of_a_ramp_is_its_slope():
         if k < 299:
             feet.step()
     assert feet.desired("rate_l")[0] == pytest.approx(25.0, rel=PERIOD / 0.02)
+
+
+def test_what_is_unplanned_is_all_but_the_planned_loads():
+    desired = [1.0, -2.0, 330.0, 3.0, -4.0, 280.0]
+    assert unplanned(desired, [0.6, 0.4], 500.0) == pytest.approx([1, -2, 30, 3, -4, 80])
+
+
+def test_feedback_of_the_height_has_its_rate():
+    """The CoM sinks: both feet are told to press more, and how fast."""
+    feet = Feet()
+    for k in range(300):
+        feedback = 0.1 * k
+        situation = balanced((0.7, 0.3))
+        situation[0][2] += feedback
+        feet.put(situation, height_feedback=feedback)
+        if k < 299:
+            feet.step()
+    rates = [feet.desired(f"rate_{foot}")[2] for foot in "lr"]
+    assert rates == pytest.approx([70.0, 30.0], rel=PERIOD / 0.02)
 
 
 def test_planned_load_has_no_rate():

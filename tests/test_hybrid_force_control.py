@@ -8,6 +8,7 @@ from pydrake.math import RollPitchYaw
 
 from lola_drake.blocks.hybrid_force_control import (
     FORCE_CONTROLLED,
+    TOUCHED,
     FootSensor,
     HybridForceControl,
     HybridForceControlParams,
@@ -15,10 +16,12 @@ from lola_drake.blocks.hybrid_force_control import (
     held_time_constant,
     limited_rate,
     modification_rate,
+    overdue_time,
+    seeking_rate,
     wrench_at_tcp,
 )
 from lola_drake.robot import PADS, foot_angles
-from lola_drake.signals import GAIT_PHASE, PERIOD, TASK_REFERENCE
+from lola_drake.signals import CONTACT, GAIT_PHASE, PERIOD, TASK_REFERENCE
 from lola_drake.theory.contact_model import contact_matrix
 
 U = contact_matrix(PADS, 1.2e5 / sum(pad.area for pad in PADS))
@@ -46,6 +49,12 @@ class Foot:
 
     def blend(self, value):
         self.fix("gait_phase", value, GAIT_PHASE.slice("blend").start)
+
+    def plan(self, support):
+        self.fix("gait_phase", support, GAIT_PHASE.slice("support").start)
+
+    def touch(self, pads):
+        self.fix("contact", pads, CONTACT.slice("pads_l"))
 
     def desire(self, wrench, rate=(0.0, 0.0, 0.0)):
         self.fix("desired_wrench", wrench, slice(0, 3))
@@ -132,7 +141,7 @@ def test_command_is_the_plan_with_its_modification():
     foot.fix("task_reference", np.arange(6) / 100, w)
     foot.fix("task_reference", np.arange(6) / 10, w_dot)
     delta = np.array([0.01, -0.02, 0.03])
-    foot.context.SetDiscreteState(delta)
+    foot.context.SetDiscreteState(0, delta)
     plan_w, plan_rate = np.arange(6) / 100, np.arange(6) / 10
     plan_w[FORCE_CONTROLLED] += delta
     plan_rate[FORCE_CONTROLLED] -= foot.params.position_gain * delta
@@ -264,3 +273,99 @@ def test_other_directions_are_those_of_the_plan(name):
     index = {"x": 0, "y": 1, "gamma_z": 5}[name]
     assert foot.output("task_command")[[index, 6 + index]] == pytest.approx([0.0, 0.0])
     assert np.abs(foot.modification()).min() > 1e-4
+
+
+def test_no_command_presses_a_loaded_foot_down_where_it_lifts_off(straight_walk):
+    """The CoM has sunk: the foot is 3 cm higher than planned, and bears 300 N too much."""
+    phase, reference = straight_walk["gait_phase"], straight_walk["task_reference"]
+    lift_off = np.flatnonzero(np.diff(phase[:, GAIT_PHASE.slice("support").start]) < 0)[1] + 1
+    foot, rates = Foot(), []
+    for k in range(lift_off - 150, lift_off + 150):
+        wanted = 588.0 * phase[k, GAIT_PHASE.slice("load").start]
+        foot.fix("task_reference", reference[k])
+        foot.fix("gait_phase", phase[k])
+        foot.desire([0.0, 0.0, wanted])
+        foot.press(wanted + 300.0)
+        foot.context.SetDiscreteState(0, np.array([0.0, 0.0, 0.03]))
+        rates.append(foot.output("task_command")[6 + 2])
+    assert min(rates) > 0.0
+
+
+def test_a_foot_is_overdue_from_its_planned_touchdown_to_its_first_touch():
+    overdue, known = TOUCHED, []
+    for planned, closed in [(1, 4), (1, 0), (0, 4), (0, 0), (1, 0), (1, 0), (1, 1), (1, 0), (0, 0)]:
+        overdue = overdue_time(overdue, planned, closed, 0.25)
+        known.append(overdue)
+    assert known == [TOUCHED, TOUCHED, 0.0, 0.0, 0.25, 0.5, TOUCHED, TOUCHED, 0.0]
+
+
+@pytest.mark.parametrize(
+    ("overdue", "rate", "expected"),
+    [
+        (TOUCHED, 0.1, 0.1),
+        (0.03, 0.1, 0.1),
+        (0.05, 0.1, -0.05),
+        (0.07, 0.1, -0.2),
+        (1.0, 0.1, -0.2),
+        (1.0, -0.1, -0.2),
+        (1.0, -0.3, -0.3),
+    ],
+)
+def test_a_late_foot_goes_down_at_least_at_the_speed_of_its_search(overdue, rate, expected):
+    assert seeking_rate(rate, overdue, 0.03, 0.04, 0.2) == pytest.approx(expected)
+
+
+def test_a_late_foot_seeks_the_ground_until_it_touches():
+    foot = Foot(search_speed=0.2, search_onset=0.03, search_ramp=0.04)
+    foot.blend(1.0)
+    foot.press(0.0)
+    foot.plan(0.0)
+    foot.step()
+    foot.plan(1.0)
+    foot.step(31)
+    assert foot.modification()[2] == pytest.approx(0.0, abs=1e-12)
+    foot.step(140)
+    assert foot.modification()[2] == pytest.approx(-0.2 * (0.14 - 0.02), abs=1e-3)
+    assert foot.modification()[:2] == pytest.approx([0.0, 0.0], abs=1e-12)
+    foot.touch([0.0, 1.0, 0.0, 0.0])
+    foot.step()
+    foot.touch(0.0)  # It bounces.
+    reached = foot.modification()[2]
+    foot.step(200)
+    assert foot.modification()[2] == pytest.approx(reached)
+
+
+def test_the_search_ends_at_the_limit_of_the_modification():
+    foot = Foot(max_height=0.03)
+    foot.blend(1.0)
+    foot.press(0.0)
+    foot.plan(0.0)
+    foot.step()
+    foot.plan(1.0)
+    foot.step(600)
+    assert foot.modification()[2] == pytest.approx(-0.03)
+
+
+@pytest.mark.parametrize("speed", [0.0, 0.2])
+def test_a_foot_that_unloads_is_not_late(speed):
+    """It stood on the ground; that its switches open before its planned lift-off says nothing."""
+    foot = Foot(search_speed=speed)
+    foot.blend(1.0)
+    foot.press(0.0)
+    foot.plan(1.0)
+    foot.touch(1.0)
+    foot.step(10)
+    foot.touch(0.0)
+    foot.step(200)
+    assert foot.modification()[2] == pytest.approx(0.0, abs=1e-12)
+
+
+def test_without_a_speed_a_late_foot_waits_for_its_load():
+    foot = Foot(search_speed=0.0)
+    foot.blend(1.0)
+    foot.press(0.0)
+    foot.plan(0.0)
+    foot.step()
+    foot.plan(1.0)
+    foot.step(300)
+    assert foot.modification()[2] == pytest.approx(0.0, abs=1e-12)

@@ -5,7 +5,14 @@ import pytest
 
 from lola_drake import metrics
 from lola_drake.logged import TORSO_POSE
-from lola_drake.signals import CONTACT_WRENCH, DESIRED_WRENCH, JOINTS, TASK_COMMAND
+from lola_drake.signals import (
+    CONTACT_WRENCH,
+    DESIRED_WRENCH,
+    GAIT_PHASE,
+    JOINTS,
+    MODIFIED_WRENCH,
+    TASK_COMMAND,
+)
 
 
 def test_straight_walk(make_result):
@@ -71,6 +78,27 @@ def test_torque_error_is_about_the_com():
     lever_r = np.cross([-0.3, -0.2, -0.9], [0.0, 0.0, 10.0])
     expected = [1.0 + lever_l[0] - 3.0 - lever_r[0], 2.0 + lever_l[1] - 4.0 - lever_r[1]]
     np.testing.assert_allclose(metrics.torque_error(signals), [expected] * n)
+
+
+def test_torque_error_against_the_modified_wrench_is_all_that_the_feet_do_not_give():
+    feet = {"l": [0.1, 0.2, -0.9], "r": [-0.3, -0.2, -0.8]}
+    forces = {"l": [3.0, 9.0, 400.0], "r": [1.0, 3.0, 200.0]}  # horizontal ones by the load
+    modified = np.zeros(MODIFIED_WRENCH.size)
+    signals = {"gait_phase": np.zeros((1, GAIT_PHASE.size))}
+    signals["gait_phase"][:, GAIT_PHASE.slice("load")] = 0.75, 0.25
+    for foot, r in feet.items():
+        height = [0.0, 0.0, 0.75 * -0.9 + 0.25 * -0.8]
+        horizontal, vertical = np.array([*forces[foot][:2], 0.0]), [0.0, 0.0, forces[foot][2]]
+        torque = np.array([5.0, -7.0, 0.0]) + np.cross(r, vertical) + np.cross(height, horizontal)
+        modified[MODIFIED_WRENCH.slice("F")] += forces[foot]
+        modified[MODIFIED_WRENCH.slice("T")] += torque
+        signals[f"contact_wrench_{foot}"] = np.array([[5.0, -7.0, forces[foot][2]]])
+        signals[f"task_command_{foot}"] = np.zeros((1, TASK_COMMAND.size))
+        signals[f"task_command_{foot}"][:, :3] = r
+    signals["modified_wrench"] = modified[None]
+    assert metrics.modified_torque_error(signals) == pytest.approx(np.zeros((1, 2)), abs=1e-9)
+    signals["modified_wrench"][0, MODIFIED_WRENCH.slice("T", 2)] += [2.0, -3.0]
+    assert metrics.modified_torque_error(signals)[0] == pytest.approx([2.0, -3.0])
 
 
 def test_rms():

@@ -86,7 +86,7 @@ def test_contact_while_swinging_becomes_the_foothold(legs):
     assert request.support in RESET_SUPPORTS
     foot = PLANNED_MOTION.slice("foot_" + "lr"[swing])
     assert request.feet[swing] == pytest.approx(before[foot])
-    assert request.ground == pytest.approx(before[foot][2] / 2)
+    assert request.ground == pytest.approx(before[foot][2])
     after = walker.output("planned_motion")
     for name in ("com", "com_velocity"):
         part = PLANNED_MOTION.slice(name)
@@ -95,7 +95,23 @@ def test_contact_while_swinging_becomes_the_foothold(legs):
     assert w_dot[:3] == pytest.approx(-after[PLANNED_MOTION.slice("com_velocity")], abs=0.02)
 
 
-def test_force_control_blends_in_from_where_it_was(legs):
+@pytest.mark.parametrize("share", [0.0, 0.5, 1.0])
+def test_ground_behind_an_early_foothold_is_where_it_is_said_to_be(legs, share):
+    walker = Walker(legs, phase_reset=True, ground_behind=share)
+    walker.walk_until(1, 0.65)
+    swing = walker.request().swing
+    height = walker.output("planned_motion")[PLANNED_MOTION.slice("foot_" + "lr"[swing])][2]
+    walker.early = True
+    walker.step()
+    walker.early = False
+    assert height > 0.01
+    assert walker.request().ground == pytest.approx(share * height)
+    walker.walk_until(3, 0.0)
+    foot = PLANNED_MOTION.slice("foot_" + "rl"[swing])
+    assert walker.output("planned_motion")[foot][2] == pytest.approx(share * height, abs=1e-6)
+
+
+def test_force_control_follows_an_early_contact_within_20_ms_from_where_it_was(legs):
     walker = Walker(legs, phase_reset=True)
     walker.walk_until(1, 0.65)
     swing = walker.request().swing
@@ -103,8 +119,9 @@ def test_force_control_blends_in_from_where_it_was(legs):
     before = walker.output("gait_phase")[blend][swing]
     walker.early = True
     walker.step()
-    assert walker.output("gait_phase")[blend][swing] == pytest.approx(before, abs=1e-4)
-    for _ in range(100):
+    assert walker.output("gait_phase")[blend][swing] == pytest.approx(before, abs=2e-3)
+    assert before < 0.1
+    for _ in range(20):
         walker.step()
     assert walker.output("gait_phase")[blend][swing] == pytest.approx(1.0)
 

@@ -24,6 +24,7 @@ FIXED_NAMES = [
     "mean_speed_m_per_s",
     "max_inclination_deg",
     "rms_torque_error_Nm",
+    "rms_torque_error_modified_Nm",
     "max_foot_force_N",
     "wall_time_s",
     "real_time_factor",
@@ -40,6 +41,7 @@ def test_summary_has_the_names_that_stay(make_result):
     assert (summary["completed"], summary["fell"], summary["fall_time_s"]) == (True, False, None)
     assert summary["max_inclination_deg"].keys() == {"x", "y"}
     assert summary["rms_torque_error_Nm"].keys() == {"x", "y"}
+    assert summary["rms_torque_error_modified_Nm"].keys() == {"x", "y"}
     assert {"lola_drake", "drake", "numpy", "python"} <= summary["versions"].keys()
 
 

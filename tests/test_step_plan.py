@@ -33,6 +33,7 @@ def model():
         legs=leg_model(Kinematics()),
         p_TcpZmp=np.array([PARAMS.zmp_forward, PARAMS.zmp_inward]),
         blend_time=PARAMS.blend_time,
+        contact_blend_time=PARAMS.contact_blend_time,
         ground_stiffness=PARAMS.ground_stiffness,
         period=PERIOD,
     )
@@ -235,12 +236,23 @@ def test_swing_foot_is_unloaded_and_out_of_support(plans):
         assert load == pytest.approx(0.0, abs=1e-12)
 
 
-def test_foot_is_position_controlled_where_it_lifts_off(plans):
+def test_force_control_of_the_swing_foot_fades_from_lift_off_on(plans):
     for k, plan in enumerate(plans):
-        row = round(plan.lift_off / PERIOD)
-        blend = plan.gait_phase[row, GAIT_PHASE.slice("blend")]
-        assert blend[k % 2] == pytest.approx(0.0, abs=1e-9)
-        assert blend[1 - k % 2] == pytest.approx(1.0, abs=1e-9)
+        lift_off = round(plan.lift_off / PERIOD)
+        blend = plan.gait_phase[:, GAIT_PHASE.slice("blend")]
+        assert blend[:, 1 - k % 2] == pytest.approx(1.0, abs=1e-9)
+        assert blend[: lift_off + 1, k % 2] == pytest.approx(1.0, abs=1e-9)
+        fading = blend[lift_off : lift_off + round(PARAMS.blend_time / PERIOD) + 1, k % 2]
+        assert (np.diff(fading) < 0).all()
+        assert fading[-1] == pytest.approx(0.0, abs=1e-9)
+
+
+def test_force_control_is_complete_where_the_foot_is_planned_to_touch(plans):
+    for k, plan in enumerate(plans):
+        before = round(PARAMS.blend_time / PERIOD) + 1
+        rising = plan.gait_phase[-before:, GAIT_PHASE.slice("blend")][:, k % 2]
+        assert (np.diff(rising) > 0).all()
+        assert rising[[0, -1]] == pytest.approx([0.0, 1.0], abs=1e-9)
 
 
 def test_time_in_step_counts_the_ticks(plans):

@@ -108,6 +108,7 @@ class ComDynamics(Block):
     Its state is Delta w_a,f' (rates of sin gamma_x, sin gamma_y and z).
     """
 
+    Params = ComDynamicsParams
     state = (COM_DYNAMICS_RATE,)
     parts = {
         "r": Part(TASK_REFERENCE, "w"),

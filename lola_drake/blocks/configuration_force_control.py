@@ -19,47 +19,61 @@ The force-controlled directions of a foot are ruled by
                                       + b (lambda_d' + e / delta) + (1 - b) D K_x (w_id - w)
 
 where b goes from 0 (position) to 1 (force), and D, the diagonal of dlambda/dw, gives both kinds of
-rows one unit. The other directions are position-controlled. Levelling, grip and limits are those of
-`HybridForceControl`.
+rows one unit. The other directions are position-controlled. Levelling, grip, the late foot and
+limits are those of `HybridForceControl`.
 """
 
-from dataclasses import dataclass
-
 import numpy as np
-from pydrake.systems.framework import BasicVector, LeafSystem
 
+from lola_drake.block import Block, Part, State, law
 from lola_drake.blocks.hybrid_force_control import (
-    FORCE_CONTROLLED,
+    TOUCHED,
     FootSensor,
     HybridForceControlParams,
     held_time_constant,
     limited_rate,
+    overdue_time,
+    seeking_rate,
     wrench_at_tcp,
 )
-from lola_drake.blocks.inverse_kinematics import InverseKinematicsParams, JointResolution
-from lola_drake.robot import FOOT_TASK, PADS, Kinematics
+from lola_drake.blocks.inverse_kinematics import (
+    InverseKinematicsParams,
+    command_of,
+    holding_torque,
+    redundancy,
+    resolved_rates,
+    wished_rates,
+)
+from lola_drake.robot import PADS, Kinematics
 from lola_drake.signals import (
-    CONTACT_WRENCH,
-    DESIRED_WRENCH,
     FEET,
     GAIT_PHASE,
-    JOINT_COMMAND,
-    MEASURED_WRENCH,
-    TASK_COMMAND,
-    TASK_MODIFICATION,
+    JOINT_ANGLES,
+    PERIOD,
     TASK_REFERENCE,
     TORSO_ORIENTATION,
+    Field,
+    Signal,
+)
+from lola_drake.theory.kinematics import (
+    FOOT_TASK,
+    body_poses,
+    com_motion,
+    feet_motion,
+    foot_task,
+    pads_motion,
 )
 
-_BLEND = GAIT_PHASE.slice("blend").start
-_FEET_RATES = slice(TASK_REFERENCE.slice("w_dot_l").start, TASK_REFERENCE.slice("w_dot_r").stop)
-_RIGID_HEIGHT_RATES = np.array([[pad.y, -pad.x, 1.0] for pad in PADS])
+OVERDUE = Signal(
+    "overdue_feet",
+    "How long each foot has been overdue on the ground; -1 once it has touched.",
+    (Field("time", FEET, "s"),),
+)
+RIGID_HEIGHT_RATES = np.array([[pad.y, -pad.x, 1.0] for pad in PADS])
 """The heights of the pads' centres by a rigid foot's sin gamma_x, sin gamma_y and z."""
 
 
-def spring_gradient(
-    points: np.ndarray, height_rates: np.ndarray, stiffness: np.ndarray
-) -> np.ndarray:
+def spring_gradient(points, height_rates, stiffness):
     """Return the gradient of T_x, T_y, F_z of decoupled springs under a foot.
 
     A spring gives dF = -c dz at its point, and with it dT_x = y dF and dT_y = -x dF; what the
@@ -73,80 +87,110 @@ def spring_gradient(
     Returns:
         The gradient by whatever moves the springs, shape (3, n).
     """
-    x, y = points.T
-    return -(np.array([y, -x, np.ones(len(x))]) * stiffness).dot(height_rates)
+    n = len(height_rates[0])
+    gradient = np.zeros((3, n))
+    for spring in range(len(stiffness)):
+        x, y = points[spring][0], points[spring][1]
+        for k in range(n):
+            force = -stiffness[spring] * height_rates[spring][k]
+            gradient[0, k] += y * force
+            gradient[1, k] -= x * force
+            gradient[2, k] += force
+    return gradient
 
 
-@dataclass(frozen=True)
-class FootLaw:
-    """The law of one foot's force-controlled directions, divided by D.
-
-    Attributes:
-        rows: by the joint rates, shape (3, n).
-        task_rows: the same by the rates of the foot's task, shape (3, 3).
-        drive: the right-hand side without w_id', shape (3,).
-    """
-
-    rows: np.ndarray
-    task_rows: np.ndarray
-    drive: np.ndarray
-
-    def modification_rate(self) -> np.ndarray:
-        """Return Delta w', what the law adds to w_id'."""
-        return np.linalg.solve(self.task_rows, self.drive)
+def solved(matrix, right):
+    """Return x of a linear equation matrix x = right, both of size 3, by Cramer's rule."""
+    (a, b, c), (d, e, f), (g, h, i) = matrix[0], matrix[1], matrix[2]
+    p, q, r = right[0], right[1], right[2]
+    first, second, third = e * i - f * h, f * g - d * i, d * h - e * g
+    determinant = a * first + b * second + c * third
+    return (
+        (p * first + b * (f * r - q * i) + c * (q * h - e * r)) / determinant,
+        (a * (q * i - f * r) + p * second + c * (d * r - q * g)) / determinant,
+        (a * (e * r - q * h) + b * (q * g - d * r) + p * third) / determinant,
+    )
 
 
 def foot_law(
-    force_by_joints: np.ndarray,
-    force_by_task: np.ndarray,
-    task_by_joints: np.ndarray,
-    force_rate: np.ndarray,
-    deviation: np.ndarray,
-    blend: np.ndarray,
-    position_gain: float,
-) -> FootLaw:
-    """Return the law of one foot.
+    force_by_joints, force_by_task, task_by_joints, force_rate, deviation, blend, position_gain
+):
+    """Return the law of one foot's force-controlled directions, divided by D.
 
     Args:
         force_by_joints: d lambda / d q, shape (3, n).
         force_by_task: d lambda / d w, shape (3, 3).
-        task_by_joints: J, the task by the joints, shape (3, n).
+        task_by_joints: the rows of J that belong to them, shape (3, n).
         force_rate: lambda_d' + e / delta, shape (3,).
         deviation: w - w_id, shape (3,).
         blend: b per direction, shape (3,).
         position_gain: K_x (1/s).
+
+    Returns:
+        Rows by the joint rates, shape (3, n), the same by the rates of the foot's task, shape
+        (3, 3), and the right-hand side without w_id', shape (3,).
     """
-    force, position = blend / np.diag(force_by_task), 1 - blend
-    return FootLaw(
-        rows=force[:, None] * force_by_joints + position[:, None] * task_by_joints,
-        task_rows=force[:, None] * force_by_task + np.diag(position),
-        drive=force * force_rate - position * position_gain * deviation,
-    )
+    n = len(force_by_joints[0])
+    rows, task_rows, drive = np.zeros((3, n)), np.zeros((3, 3)), np.zeros(3)
+    for i in range(3):
+        force, position = blend[i] / force_by_task[i][i], 1 - blend[i]
+        for k in range(n):
+            rows[i, k] = force * force_by_joints[i][k] + position * task_by_joints[i][k]
+        for j in range(3):
+            task_rows[i, j] = force * force_by_task[i][j]
+        task_rows[i, i] += position
+        drive[i] = force * force_rate[i] - position * position_gain * deviation[i]
+    return rows, task_rows, drive
 
 
-class ConfigurationForceControl(LeafSystem):
+def commanded_foot(foot, joint_angles, tree):
+    """Return w of one foot at the commanded joint angles, shape (6,), and its Jacobian (6, n)."""
+    w, jacobian = foot_task(joint_angles, tree)
+    first = FOOT_TASK * foot
+    return w[first : first + FOOT_TASK], jacobian[first : first + FOOT_TASK]
+
+
+def task_command(foot, joint_angles, joint_command, tree):
+    """Return where the joint command takes one foot: w and its rate, shape (12,)."""
+    w, jacobian = commanded_foot(foot, joint_angles, tree)
+    n, command = len(joint_angles), np.zeros(2 * FOOT_TASK)
+    for i in range(FOOT_TASK):
+        command[i] = w[i]
+        for k in range(n):
+            command[FOOT_TASK + i] += jacobian[i, k] * joint_command[n + k]
+    return command
+
+
+def foot_wrench(foot, joint_angles, measured_wrench, tree, sensor):
+    """Return lambda_f at the TCP, the foot being as it is commanded, shape (3,)."""
+    w, _ = commanded_foot(foot, joint_angles, tree)
+    measured = measured_wrench[6 * foot : 6 * foot + 6]
+    return wrench_at_tcp(measured, w[3], w[4], w[5], sensor)
+
+
+def foot_modification(foot, joint_angles, task_reference, tree):
+    """Return Delta w of one foot (sin gamma_x, sin gamma_y, z), shape (3,)."""
+    w, _ = commanded_foot(foot, joint_angles, tree)
+    planned = task_reference[6 * foot : 6 * foot + 6]
+    return w[3] - planned[3], w[4] - planned[4], w[2] - planned[2]
+
+
+class ConfigurationForceControl(Block):
     """Turns both feet's force errors into joint commands.
 
-    The state is the commanded joint angles. The numeric parameter 0 holds delta and K_x.
-
-    .. pydrake_system::
-
-        name: ConfigurationForceControl
-        input_ports:
-        - task_reference
-        - gait_phase
-        - desired_wrench
-        - measured_wrench
-        - torso_orientation
-        output_ports:
-        - joint_command
-        - task_command_l
-        - task_command_r
-        - contact_wrench_l
-        - contact_wrench_r
-        - task_modification_l
-        - task_modification_r
+    Its state is the commanded joint angles, and how long each foot has been overdue.
     """
+
+    Params = HybridForceControlParams
+    state = (State(JOINT_ANGLES, hidden=True), State(OVERDUE, hidden=True))
+    parts = {
+        "support": Part(GAIT_PHASE, "support"),
+        "blend": Part(GAIT_PHASE, "blend"),
+        "phi": Part(TORSO_ORIENTATION, "phi"),
+        "toes": Part(TASK_REFERENCE, "toes"),
+        "toe_rates": Part(TASK_REFERENCE, "toe_rates"),
+    }
+    differentiable = False
 
     def __init__(
         self,
@@ -155,153 +199,161 @@ class ConfigurationForceControl(LeafSystem):
         kinematics: Kinematics,
         sensor: FootSensor,
         initial: np.ndarray,
-        period: float,
+        stiffness: float,
     ):
         """Create the block.
 
         Args:
             params: gains and limits of the force control.
             ik_params: those of the inverse kinematics.
-            kinematics: the controller's model; the block uses it alone.
+            kinematics: the controller's model.
             sensor: a foot below its force sensor.
             initial: joint angles at the start (rad), shape (24,); also the comfort pose.
-            period: the control period (s).
+            stiffness: vertical, of a whole foot in the contact model (N/m).
         """
-        super().__init__()
-        self._params, self._sensor, self._period = params, sensor, period
-        self._kinematics, self._known = kinematics, None
-        self._resolution = JointResolution(ik_params, kinematics.position_limits, initial, period)
         areas = np.array([pad.area for pad in PADS])
-        self._stiffness = params.model_stiffness * areas / areas.sum()
-        self._gains = self.DeclareNumericParameter(
-            BasicVector([params.time_constant, params.position_gain])
-        )
-        state = self.DeclareDiscreteState(initial)
-        self._reference = self.DeclareVectorInputPort("task_reference", TASK_REFERENCE.size)
-        self._phase = self.DeclareVectorInputPort("gait_phase", GAIT_PHASE.size)
-        self._desired = self.DeclareVectorInputPort("desired_wrench", DESIRED_WRENCH.size)
-        self._measured = self.DeclareVectorInputPort("measured_wrench", MEASURED_WRENCH.size)
-        self._orientation = self.DeclareVectorInputPort("torso_orientation", TORSO_ORIENTATION.size)
-        own = {self.discrete_state_ticket(state)}
-        sensing = own | {self._measured.ticket()}
-        modifying = own | {self._reference.ticket()}
-        everything = {self.all_input_ports_ticket(), self.all_parameters_ticket()} | own
-        self._command = self._declare(
-            JOINT_COMMAND.name, JOINT_COMMAND.size, self._calc_joint_command, everything
-        )
-        for foot in FEET:
-            self._declare(
-                f"task_command_{foot}", TASK_COMMAND.size, self._task_command(foot), everything
-            )
-        self._contacts = [
-            self._declare(
-                f"contact_wrench_{foot}", CONTACT_WRENCH.size, self._contact_wrench(foot), sensing
-            )
-            for foot in FEET
-        ]
-        self._modifications = [
-            self._declare(
-                f"task_modification_{foot}",
-                TASK_MODIFICATION.size,
-                self._task_modification(foot),
-                modifying,
-            )
-            for foot in FEET
-        ]
-        self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._update)
-
-    def _declare(self, name: str, size: int, calc, prerequisites: set):
-        return self.DeclareVectorOutputPort(name, size, calc, prerequisites_of_calc=prerequisites)
-
-    def _look(self, context) -> Kinematics:
-        """Return the kinematics at the commanded joint angles."""
-        q = context.get_discrete_state_vector().value()
-        if self._known is None or not np.array_equal(q, self._known):
-            self._kinematics.update(q)
-            self._known = q.copy()
-        return self._kinematics
-
-    def _task_command(self, foot: str):
-        own = _task(foot)
-
-        def calc(context, output):
-            q_dot = self._command.Eval(context)[JOINT_COMMAND.slice("q_dot")]
-            kinematics = self._look(context)
-            output.set_value([*kinematics.w[own], *kinematics.jacobian[own].dot(q_dot)])
-
-        return calc
-
-    def _contact_wrench(self, foot: str):
-        first = MEASURED_WRENCH.slice(f"F_{foot}").start
-        own = _task(foot)
-
-        def calc(context, output):
-            measured = self._measured.Eval(context)[first : first + 6].tolist()
-            angles = self._look(context).w[own][3:].tolist()
-            output.set_value(wrench_at_tcp(measured, angles, self._sensor))
-
-        return calc
-
-    def _task_modification(self, foot: str):
-        own, planned = _task(foot), TASK_REFERENCE.slice(f"w_{foot}")
-
-        def calc(context, output):
-            deviation = self._look(context).w[own] - self._reference.Eval(context)[planned]
-            output.set_value(deviation[FORCE_CONTROLLED])
-
-        return calc
-
-    def _calc_joint_command(self, context, output):
-        reference, desired = self._reference.Eval(context), self._desired.Eval(context)
-        kinematics, resolution = self._look(context), self._resolution
-        rows, rates = kinematics.jacobian.copy(), reference[_FEET_RATES].copy()
-        for foot, name in enumerate(FEET):
-            controlled = FOOT_TASK * foot + FORCE_CONTROLLED
-            law = self._foot_law(context, foot, kinematics, desired)
-            task_rate = rates[controlled] + self._limited(context, foot, law)
-            rates[_task(name)] += resolution.correction * (
-                reference[TASK_REFERENCE.slice(f"w_{name}")] - kinematics.w[_task(name)]
-            )
-            rows[controlled], rates[controlled] = law.rows, law.task_rows.dot(task_rate)
-        torque = resolution.holding_torque(kinematics.jacobian, desired)
-        q = context.get_discrete_state_vector().value()
-        output.set_value(resolution.command(q, rows, rates, reference, torque))
-
-    def _foot_law(self, context, foot: int, kinematics: Kinematics, desired) -> FootLaw:
-        time_constant, position_gain = context.get_numeric_parameter(self._gains).value().tolist()
-        contact = self._contacts[foot].Eval(context)
-        error = desired[DESIRED_WRENCH.slice(f"wrench_{FEET[foot]}")] - contact
-        phi_x, phi_y = self._orientation.Eval(context)[:2].tolist()
-        level = -self._params.leveling * np.array([phi_x, phi_y, 0.0])
-        blend = self._phase.Eval(context).item(_BLEND + foot)
-        grip = min(max(contact.item(2) / self._params.grip_force, 0.0), 1.0)
-        points, height_rates = kinematics.pads(foot)
-        return foot_law(
-            force_by_joints=spring_gradient(points, height_rates, self._stiffness),
-            force_by_task=spring_gradient(points, _RIGID_HEIGHT_RATES, self._stiffness),
-            task_by_joints=kinematics.jacobian[FOOT_TASK * foot + FORCE_CONTROLLED],
-            force_rate=desired[DESIRED_WRENCH.slice(f"rate_{FEET[foot]}")]
-            + error / held_time_constant(time_constant, self._period),
-            deviation=self._modifications[foot].Eval(context) - level,
-            blend=np.array([blend * grip, blend * grip, blend]),
-            position_gain=position_gain,
+        super().__init__(
+            params,
+            initial={JOINT_ANGLES.name: initial, OVERDUE.name: np.full(2, TOUCHED)},
+            ik=ik_constants(ik_params),
+            tree=kinematics.tree,
+            sensor=sensor,
+            stiffness=stiffness * areas / areas.sum(),
+            **vars(redundancy(ik_params, kinematics, initial)),
         )
 
-    def _limited(self, context, foot: int, law: FootLaw) -> list[float]:
-        directions = zip(
-            law.modification_rate().tolist(),
-            self._modifications[foot].Eval(context).tolist(),
-            self._params.limits().tolist(),
-            self._params.rate_limits().tolist(),
-            strict=True,
+    @law
+    def task_modification_l(joint_angles, task_reference, tree):
+        """Return Delta w of the left foot."""
+        return foot_modification(0, joint_angles, task_reference, tree)
+
+    @law
+    def task_modification_r(joint_angles, task_reference, tree):
+        """Return Delta w of the right foot."""
+        return foot_modification(1, joint_angles, task_reference, tree)
+
+    @law
+    def contact_wrench_l(joint_angles, measured_wrench, tree, sensor):
+        """Return lambda_f of the left foot."""
+        return foot_wrench(0, joint_angles, measured_wrench, tree, sensor)
+
+    @law
+    def contact_wrench_r(joint_angles, measured_wrench, tree, sensor):
+        """Return lambda_f of the right foot."""
+        return foot_wrench(1, joint_angles, measured_wrench, tree, sensor)
+
+    @law
+    def joint_command(
+        joint_angles,
+        overdue_feet,
+        task_reference,
+        desired_wrench,
+        contact_wrench_l,
+        contact_wrench_r,
+        task_modification_l,
+        task_modification_r,
+        blend,
+        phi,
+        toes,
+        toe_rates,
+        time_constant,
+        position_gain,
+        grip_force,
+        leveling,
+        search_onset,
+        search_ramp,
+        search_speed,
+        limits,
+        rate_limits,
+        stiffness,
+        tree,
+        ik,
+        comfort,
+        lower,
+        upper,
+        mobility,
+    ):
+        """Return q, q' and the torque that is fed forward."""
+        q, correction = joint_angles, ik.drift_correction / PERIOD
+        R, p, axes = body_poses(q, tree)
+        com, com_rates = com_motion(R, p, axes, tree)
+        w, jacobian = feet_motion(R, p, axes, com, com_rates, tree)
+        rows, rates = jacobian.copy(), np.zeros(2 * FOOT_TASK)
+        held = held_time_constant(time_constant)
+        force_rate, deviation, degree = np.zeros(3), np.zeros(3), np.zeros(3)
+        for foot in range(2):
+            first = FOOT_TASK * foot
+            wrench = contact_wrench_l if foot == 0 else contact_wrench_r
+            delta = task_modification_l if foot == 0 else task_modification_r
+            grip = min(max(wrench[2] / grip_force, 0.0), 1.0)
+            for i in range(3):
+                error = desired_wrench[3 * foot + i] - wrench[i]
+                force_rate[i] = desired_wrench[6 + 3 * foot + i] + error / held
+                deviation[i] = delta[i] + (leveling * phi[i] if i < 2 else 0.0)
+                degree[i] = blend[foot] * (grip if i < 2 else 1.0)
+            points, height_rates = pads_motion(foot, R, p, axes, com, com_rates, tree)
+            for pad in range(4):
+                points[pad, 0] -= w[first]
+                points[pad, 1] -= w[first + 1]
+            controlled = (first + 3, first + 4, first + 2)
+            task_by_joints = np.zeros((3, len(q)))
+            for i in range(3):
+                task_by_joints[i] = jacobian[controlled[i]]
+            law_rows, task_rows, drive = foot_law(
+                spring_gradient(points, height_rates, stiffness),
+                spring_gradient(points, RIGID_HEIGHT_RATES, stiffness),
+                task_by_joints,
+                force_rate,
+                deviation,
+                degree,
+                position_gain,
+            )
+            change = solved(task_rows, drive)
+            for i in range(FOOT_TASK):
+                drift = task_reference[first + i] - w[first + i]
+                rates[first + i] = task_reference[14 + first + i] + correction * drift
+            task_rate = np.zeros(3)
+            for i in range(3):
+                rate = change[i]
+                if i == 2:
+                    rate = seeking_rate(
+                        rate, overdue_feet[foot], search_onset, search_ramp, search_speed
+                    )
+                limited = limited_rate(rate, delta[i], limits[i], rate_limits[i])
+                task_rate[i] = task_reference[14 + controlled[i]] + limited
+            for i in range(3):
+                rates[controlled[i]] = 0.0
+                for j in range(3):
+                    rates[controlled[i]] += task_rows[i, j] * task_rate[j]
+                rows[controlled[i]] = law_rows[i]
+        wish = wished_rates(
+            *(q, comfort, lower, upper, ik.comfort_gain, ik.limit_gain, toes, toe_rates, correction)
         )
-        return [limited_rate(*direction, self._period) for direction in directions]
+        joint_rates = resolved_rates(rows, rates, mobility, wish, ik.damping)
+        torque = holding_torque(jacobian, desired_wrench, ik.feedforward)
+        return command_of(q, joint_rates, torque)
 
-    def _update(self, context, state):
-        state.set_value(self._command.Eval(context)[JOINT_COMMAND.slice("q")])
+    @law
+    def task_command_l(joint_angles, joint_command, tree):
+        """Return w_mod of the left foot and its rate."""
+        return task_command(0, joint_angles, joint_command, tree)
 
+    @law
+    def task_command_r(joint_angles, joint_command, tree):
+        """Return w_mod of the right foot and its rate."""
+        return task_command(1, joint_angles, joint_command, tree)
 
-def _task(foot: str) -> slice:
-    """Return where one foot's task lies in that of both."""
-    first = FOOT_TASK * FEET.index(foot)
-    return slice(first, first + FOOT_TASK)
+    @law
+    def next_joint_angles(joint_command):
+        """Return the commanded joint angles."""
+        return joint_command[: len(joint_command) // 3]
+
+    @law
+    def next_overdue_feet(overdue_feet, support, contact):
+        """Count how long the feet have been overdue."""
+        left = contact[0] + contact[1] + contact[2] + contact[3]
+        right = contact[4] + contact[5] + contact[6] + contact[7]
+        return (
+            overdue_time(overdue_feet[0], support[0], left),
+            overdue_time(overdue_feet[1], support[1], right),
+        )

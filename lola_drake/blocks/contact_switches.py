@@ -43,6 +43,7 @@ class ContactSwitches(Block):
     the controller reads it.
     """
 
+    Params = ContactSwitchesParams
     kind = "sensor"
     state = (CONTACT, GROUND_FORCE)
     objects = {"pad_forces": Reading("contact_results", Value[ContactResults], 3 * _SWITCHES)}

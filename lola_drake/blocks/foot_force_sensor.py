@@ -40,6 +40,7 @@ class FootForceSensor(Block):
     begins there, so a reading is one period old when it is used.
     """
 
+    Params = FootForceSensorParams
     kind = "sensor"
     state = (MEASURED_WRENCH,)
     objects = {"sole_wrenches": Reading("reaction_forces", Value[list[SpatialForce]], 12)}

@@ -11,16 +11,17 @@ pads, and what they cannot give by a shift of the load. The numbers are our own.
 | d/dt of it    | `rate_l/r` of the same |
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 from lola_drake.block import Block, Part, State, law
 from lola_drake.parameters import parameter, validate
 from lola_drake.signals import (
-    CONTACT_WRENCH,
     DESIRED_WRENCH,
     GAIT_PHASE,
+    IDEAL_WRENCH,
     PERIOD,
     TASK_REFERENCE,
+    Signal,
 )
 from lola_drake.theory.scalars import exp
 
@@ -89,24 +90,49 @@ def foot_wrench(share, f_z, rest_x, rest_y, margin_x, margin_y):
     )
 
 
-FILTERED = replace(
-    CONTACT_WRENCH,
-    name="filtered_wrench",
-    doc="What of the desired wrenches the plan does not know, filtered.",
-    fields=DESIRED_WRENCH.fields[:2],
+def unplanned(desired, load, ideal_force):
+    """Return the part of lambda_d that the plan does not make by itself.
+
+    The pattern makes the planned load by letting the feet sink in. What is left is for the rates of
+    eq. 15: the torques, the feedback of the CoM's height, and a shift of the load.
+
+    Args:
+        desired: T_x, T_y, F_z of the left and then the right foot (Nm, N), shape (6,).
+        load: shares of the left and right foot, shape (2,).
+        ideal_force: vertical force of Lambda_id (N).
+
+    Returns:
+        The same six, without the planned loads.
+    """
+    return (
+        desired[0],
+        desired[1],
+        desired[2] - load[0] * ideal_force,
+        desired[3],
+        desired[4],
+        desired[5] - load[1] * ideal_force,
+    )
+
+
+FILTERED = Signal(
+    "filtered_wrench",
+    "What of the desired wrenches the plan does not make, filtered.",
+    DESIRED_WRENCH.fields[:2],
 )
 
 
 class ForceDistribution(Block):
     """Gives each foot its desired wrench and that wrench's rate.
 
-    The rates are those of what the stabiliser adds to the plan, and of the feet's torques. The
-    state is the filtered wrench from which they are taken.
+    The rates are those of what is not planned, see `unplanned`. The state is the filtered wrench
+    from which they are taken.
     """
 
+    Params = ForceDistributionParams
     state = (State(FILTERED, hidden=True),)
     parts = {
         "load": Part(GAIT_PHASE, "load"),
+        "ideal_force": Part(IDEAL_WRENCH, "F"),
         "r_left": Part(TASK_REFERENCE, "w_l"),
         "r_right": Part(TASK_REFERENCE, "w_r"),
     }
@@ -114,6 +140,7 @@ class ForceDistribution(Block):
     @law
     def desired_wrench(
         modified_wrench,
+        ideal_force,
         load,
         r_left,
         r_right,
@@ -127,17 +154,15 @@ class ForceDistribution(Block):
         wrench = distribute(
             modified_wrench, load, r_left, r_right, cop_margin_x, cop_margin_y, least_force
         )
-        # The pattern itself makes the planned load by letting the feet sink in.
-        planned_left, planned_right = load[0] * modified_wrench[2], load[1] * modified_wrench[2]
-        old = filtered_wrench
+        now, before = unplanned(wrench, load, ideal_force[2]), filtered_wrench
         return (
             *wrench,
-            (wrench[0] - old[0]) / rate_filter,
-            (wrench[1] - old[1]) / rate_filter,
-            (wrench[2] - planned_left - old[2]) / rate_filter,
-            (wrench[3] - old[3]) / rate_filter,
-            (wrench[4] - old[4]) / rate_filter,
-            (wrench[5] - planned_right - old[5]) / rate_filter,
+            (now[0] - before[0]) / rate_filter,
+            (now[1] - before[1]) / rate_filter,
+            (now[2] - before[2]) / rate_filter,
+            (now[3] - before[3]) / rate_filter,
+            (now[4] - before[4]) / rate_filter,
+            (now[5] - before[5]) / rate_filter,
         )
 
     @law

@@ -14,7 +14,8 @@
 | Delta w'       | `modification_rate()`, eq. 15, 16 and 21 |
 | w_mod, w_mod'  | `task_command`, eq. 10 and 11            |
 
-The model's stiffness is an estimate: LOLA's is not published.
+The model's stiffness is an estimate: LOLA's is not published. The paper says nothing of a foot that
+finds no ground where it is planned; that it seeks it (`seeking_rate()`) is our own choice.
 """
 
 from dataclasses import dataclass
@@ -22,9 +23,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from lola_drake.block import Block, Part, law
+from lola_drake.block import Block, Part, State, law
 from lola_drake.parameters import parameter, validate
 from lola_drake.signals import (
+    CONTACT,
     DESIRED_WRENCH,
     GAIT_PHASE,
     MEASURED_WRENCH,
@@ -32,11 +34,22 @@ from lola_drake.signals import (
     TASK_MODIFICATION,
     TASK_REFERENCE,
     TORSO_ORIENTATION,
+    Field,
+    Signal,
 )
 from lola_drake.theory.scalars import cos, exp, sin
 
 FORCE_CONTROLLED = np.array([3, 4, 2])
 """S_c,f of eq. 12: sin gamma_x, sin gamma_y and z within a foot's task."""
+
+TOUCHED = -1.0
+"""Instead of how long a foot is overdue: it has touched the ground since its last swing."""
+
+OVERDUE = Signal(
+    "overdue",
+    "How long a foot has been overdue on the ground; -1 once it has touched.",
+    (Field("time", ("",), "s"),),
+)
 
 
 @dataclass(frozen=True)
@@ -75,6 +88,15 @@ class HybridForceControlParams:
         minimum=0,
         maximum=1,
     )
+    search_speed: float = parameter(
+        0.22, "least speed at which a late foot seeks the ground, 0 for none", "m/s", minimum=0
+    )
+    search_onset: float = parameter(
+        0.03, "how long after its planned touchdown a foot is late", "s", minimum=0
+    )
+    search_ramp: float = parameter(
+        0.05, "duration in which the search reaches its speed", "s", above=0
+    )
     max_height: float = parameter(0.08, "limit of the foot's height modification", "m", above=0)
     max_height_rate: float = parameter(0.5, "limit of its rate", "m/s", above=0)
     max_angle: float = parameter(0.25, "limit of the foot's angle modification", "rad", above=0)
@@ -92,6 +114,41 @@ class HybridForceControlParams:
     def rate_limits(self) -> np.ndarray:
         """Return the limits of its rate, shape (3,)."""
         return np.array([self.max_angle_rate, self.max_angle_rate, self.max_height_rate])
+
+
+def overdue_time(overdue, planned, closed):
+    """Return how long a foot has been overdue on the ground, in the next tick (s).
+
+    `TOUCHED` holds from the first touch to the next swing, whatever the switches do: a foot that is
+    unloaded, or that bounces, is not late.
+
+    Args:
+        overdue: the same in this tick.
+        planned: 1 where the plan has the foot on the ground, 0 in its swing.
+        closed: number of the foot's closed switches.
+    """
+    if planned < 0.5:
+        return 0.0
+    if closed > 0 or overdue < 0:
+        return TOUCHED
+    return overdue + PERIOD
+
+
+def seeking_rate(rate, overdue, onset, ramp, speed):
+    """Return the rate of a foot's height (m/s): a late foot goes down at least at a landing speed.
+
+    Own choice. It ends where the foot touches, or at the limit of Delta w. The load moves on to the
+    foot as planned; nothing waits for it.
+
+    Args:
+        rate: by eq. 16 and 21.
+        overdue: how long the foot has been overdue (s), or `TOUCHED`.
+        onset: how long it may be (s).
+        ramp: duration in which the search reaches its speed (s).
+        speed: of the search (m/s), downward.
+    """
+    late = min(max((overdue - onset) / ramp, 0.0), 1.0)
+    return rate + late * min(-speed - rate, 0.0)
 
 
 class FootSensor(NamedTuple):
@@ -180,14 +237,18 @@ def limited_rate(rate, deviation, limit, rate_limit):
 class HybridForceControl(Block):
     """Turns one foot's force error into a modification of its trajectory.
 
-    Its state is Delta w, the modification of sin gamma_x, sin gamma_y and z.
+    Its state is Delta w, the modification of sin gamma_x, sin gamma_y and z, and how long the foot
+    has been overdue.
     """
 
-    state = (TASK_MODIFICATION,)
+    Params = HybridForceControlParams
+    state = (TASK_MODIFICATION, State(OVERDUE, hidden=True))
     parts = {
         "w_id": Part(TASK_REFERENCE, "w"),
         "w_dot_id": Part(TASK_REFERENCE, "w_dot"),
         "blend": Part(GAIT_PHASE, "blend"),
+        "support": Part(GAIT_PHASE, "support"),
+        "pads": Part(CONTACT, "pads"),
         "wrench": Part(DESIRED_WRENCH, "wrench"),
         "wrench_rate": Part(DESIRED_WRENCH, "rate"),
         "measured": Part(MEASURED_WRENCH, ("F", "T")),
@@ -205,11 +266,15 @@ class HybridForceControl(Block):
         com_dynamics_rate,
         phi,
         task_modification,
+        overdue,
         time_constant,
         position_gain,
         inverse_contact_matrix,
         grip_force,
         leveling,
+        search_onset,
+        search_ramp,
+        search_speed,
         limits,
         rate_limits,
     ):
@@ -241,6 +306,7 @@ class HybridForceControl(Block):
         rate_z = modification_rate(
             force_rate[2], com_dynamics_rate[2], delta[2], blend, position_gain
         )
+        rate_z = seeking_rate(rate_z, overdue[0], search_onset, search_ramp, search_speed)
         return (
             w_id[0],
             w_id[1],
@@ -270,3 +336,8 @@ class HybridForceControl(Block):
             task_modification[1] + PERIOD * (task_command[10] - w_dot_id[4]),
             task_modification[2] + PERIOD * (task_command[8] - w_dot_id[2]),
         )
+
+    @law
+    def next_overdue(overdue, support, pads):
+        """Count how long the foot has been overdue."""
+        return (overdue_time(overdue[0], support, pads[0] + pads[1] + pads[2] + pads[3]),)

@@ -61,6 +61,7 @@ SAMPLES = replace(TORSO_ORIENTATION, name="imu_samples", doc="Samples that are u
 class Imu(Block):
     """Samples the torso's inclination and reports it late, with noise and bias."""
 
+    Params = ImuParams
     kind = "sensor"
     state = (State(SAMPLES, hidden=True), TORSO_ORIENTATION)
     parts = {

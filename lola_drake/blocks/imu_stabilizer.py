@@ -48,6 +48,7 @@ class ImuStabilizerParams:
 class ImuStabilizer(Block):
     """Adds the torque that brings the torso back upright, and the force that holds its height."""
 
+    Params = ImuStabilizerParams
     parts = {
         "load": Part(GAIT_PHASE, "load"),
         "phi": Part(TORSO_ORIENTATION, "phi"),

@@ -16,6 +16,7 @@ the task is the feet's motion relative to the CoM.
 
 from dataclasses import dataclass
 from math import sqrt
+from typing import NamedTuple
 
 import numpy as np
 
@@ -48,6 +49,21 @@ class InverseKinematicsParams:
 
     def __post_init__(self):
         validate(self)
+
+
+class IkGains(NamedTuple):
+    """The parameters that laws read, as plain numbers; see `InverseKinematicsParams`."""
+
+    drift_correction: float
+    damping: float
+    comfort_gain: float
+    limit_gain: float
+    feedforward: float
+
+
+def ik_constants(params: InverseKinematicsParams) -> IkGains:
+    """Return the parameters for a law of another block."""
+    return IkGains(*(getattr(params, name) for name in IkGains._fields))
 
 
 @dataclass(frozen=True)
@@ -203,6 +219,7 @@ class InverseKinematics(Block):
     Its state is the commanded joint angles, so that it needs no measured ones.
     """
 
+    Params = InverseKinematicsParams
     state = (State(JOINT_ANGLES, hidden=True),)
     parts = {
         "toes": Part(TASK_REFERENCE, "toes"),

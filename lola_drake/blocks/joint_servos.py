@@ -74,6 +74,7 @@ UNDER_WAY = replace(JOINT_COMMAND, name="commands_under_way", doc="Commands on t
 class JointServos(Block):
     """Sends joint commands over the bus to the servos in the plant."""
 
+    Params = JointServosParams
     kind = "actuation"
     state = (State(UNDER_WAY, hidden=True), JOINT_DESIRED_STATE, JOINT_FEEDFORWARD)
 

@@ -15,21 +15,28 @@ from collections import OrderedDict
 from dataclasses import dataclass, replace
 
 import numpy as np
-from pydrake.systems.framework import LeafSystem
 
+from lola_drake.block import Block, State
 from lola_drake.parameters import parameter, validate
 from lola_drake.signals import (
-    CONTACT,
     GAIT_PHASE,
     IDEAL_WRENCH,
+    PERIOD,
     PLANNED_MOTION,
     TASK_REFERENCE,
-    WALK_COMMAND,
+    Field,
+    Signal,
 )
 from lola_drake.theory.gait import LEFT, RIGHT, GaitTiming, advance, foothold
 from lola_drake.theory.leg_masses import LegModel
 from lola_drake.theory.step_plan import PatternModel, StepPlan, plan_step
-from lola_drake.theory.step_request import HORIZON, StepRequest, pack_request, unpack_request
+from lola_drake.theory.step_request import (
+    HORIZON,
+    REQUEST_SIZE,
+    StepRequest,
+    pack_request,
+    unpack_request,
+)
 
 EARLY = (0.5, 0.88)
 """Part of the swing in which a contact is an early one: after it, landing is near anyway."""
@@ -68,6 +75,9 @@ class WalkingPatternParams:
     blend_time: float = parameter(
         0.1, "duration of the blending between force and position control", "s", above=0
     )
+    contact_blend_time: float = parameter(
+        0.02, "the same after an early contact: into force control", "s", above=0
+    )
     ground_stiffness: float = parameter(
         3e5, "vertical stiffness of a foot, by which a loaded foot sinks in", "N/m", above=0
     )
@@ -83,6 +93,13 @@ class WalkingPatternParams:
     phase_reset: bool = parameter(
         False, "stop the swing and begin the double support at an early contact"
     )
+    ground_behind: float = parameter(
+        1.0,
+        "height of the ground expected behind an early foothold: 0 as before it, 1 as under it",
+        "-",
+        minimum=0,
+        maximum=1,
+    )
     toe_lift: float = parameter(
         0.15, "lift of the toe in the middle of the swing", "rad", minimum=0, maximum=0.6
     )
@@ -96,30 +113,29 @@ class WalkingPatternParams:
         return GaitTiming(**{name: getattr(self, name) for name in names})
 
 
-class WalkingPattern(LeafSystem):
+REQUEST = Signal(
+    "request",
+    "What the present plan answers; see `step_request`.",
+    (Field("entries", tuple(map(str, range(REQUEST_SIZE))), ""),),
+)
+
+
+class WalkingPattern(Block):
     """Plans each step at its beginning and plays the plan, one row per tick.
 
-    The discrete state is the request that the present plan answers, and the plan's row of this
-    tick. The plan itself is a pure function of the request and is kept in a memo, not in the state.
-
-    .. pydrake_system::
-
-        name: WalkingPattern
-        input_ports:
-        - walk_command
-        - contact
-        output_ports:
-        - task_reference
-        - gait_phase
-        - ideal_wrench
-        - planned_motion
+    The state is the request that the present plan answers, and the plan's row of this tick. The
+    plan itself is a pure function of the request and is kept in a memo, not in the state.
     """
+
+    Params = WalkingPatternParams
+    kind = "planning"
+    state = (State(REQUEST, hidden=True), TASK_REFERENCE, GAIT_PHASE, IDEAL_WRENCH, PLANNED_MOTION)
+    held = True
 
     def __init__(
         self,
         params: WalkingPatternParams,
         legs: LegModel,
-        period: float,
         *,
         steps: np.ndarray | None = None,
         start_time: float = 0.0,
@@ -129,39 +145,37 @@ class WalkingPattern(LeafSystem):
         Args:
             params: the gait.
             legs: lumped masses of the robot.
-            period: the control period (s).
             steps: (forward, left, turn) of each step in m and rad, shape (n, 3); None to follow
                 the command.
             start_time: when the first of `steps` begins (s).
         """
-        super().__init__()
-        self.params, self._period = params, period
         self._steps, self._start_time = steps, start_time
         self._model = PatternModel(
             timing=params.timing(),
             legs=legs,
             p_TcpZmp=np.array([params.zmp_forward, params.zmp_inward]),
             blend_time=params.blend_time,
+            contact_blend_time=params.contact_blend_time,
             ground_stiffness=params.ground_stiffness,
-            period=period,
+            period=PERIOD,
         )
         self._plans: OrderedDict[bytes, tuple[StepRequest, StepPlan]] = OrderedDict()
-        self.command = self.DeclareVectorInputPort("walk_command", WALK_COMMAND.size)
-        self.contact = self.DeclareVectorInputPort("contact", CONTACT.size)
         packed = pack_request(standing_request(params))
         _, standing = self._recall(packed)
-        self._request = self.DeclareDiscreteState(packed)
-        self._outputs = {
-            signal.name: self.DeclareDiscreteState(getattr(standing, signal.name)[0])
-            for signal in (TASK_REFERENCE, GAIT_PHASE, IDEAL_WRENCH, PLANNED_MOTION)
-        }
-        for name, state in self._outputs.items():
-            self.DeclareStateOutputPort(name, state)
-        self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._update)
+        super().__init__(params, initial={REQUEST.name: packed} | _row(standing, 0))
 
-    def packed_request(self, context) -> np.ndarray:
-        """Return the request that the present plan answers, as `unpack_request` takes it."""
-        return context.get_discrete_state(self._request).value()
+    def next_state(self, time, request, contact, walk_command):
+        """Return the request and the plan's row of the next tick."""
+        packed, now = request, time
+        request, plan = self._recall(packed)
+        row = round((now - request.start_time) / PERIOD)
+        following = self._following(now, contact, walk_command, request, plan, row)
+        if following is not None:
+            packed = pack_request(following)
+            request, plan = self._recall(packed)
+            row = round((now - request.start_time) / PERIOD)
+        row = min(row + 1, len(plan.gait_phase) - 1)
+        return (packed, *_row(plan, row).values())
 
     def _recall(self, packed: np.ndarray) -> tuple[StepRequest, StepPlan]:
         """Return a request and its plan, which is made when it is asked for first."""
@@ -173,40 +187,25 @@ class WalkingPattern(LeafSystem):
                 self._plans.popitem(last=False)
         return self._plans[key]
 
-    def _update(self, context, state) -> None:
-        request, plan = self._recall(self.packed_request(context))
-        row = self._row(context, request)
-        following = self._following(context, request, plan, row)
-        if following is not None:
-            packed = pack_request(following)
-            state.set_value(self._request, packed)
-            request, plan = self._recall(packed)
-            row = self._row(context, request)
-        row = min(row + 1, len(plan.gait_phase) - 1)
-        for name, output in self._outputs.items():
-            state.set_value(output, getattr(plan, name)[row])
-
-    def _row(self, context, request: StepRequest) -> int:
-        """Return the row of this tick in the plan that answers a request."""
-        return round((context.get_time() - request.start_time) / self._period)
-
     def _following(
-        self, context, request: StepRequest, plan: StepPlan, row: int
+        self, now, contact, command, request: StepRequest, plan: StepPlan, row: int
     ) -> StepRequest | None:
         """Return the request that replaces the present one in the next tick, if any does."""
         last = len(plan.gait_phase) - 1
         swinging = plan.lift_off < np.inf
-        if swinging and self._touches_early(context, request, plan, row):
-            return self._reset(context, request, plan, row)
-        if row + 1 < last and (swinging or not len(self._next(context, request.step_index))):
+        if swinging and self._touches_early(contact, request, plan, row):
+            return self._reset(now, command, request, plan, row)
+        if row + 1 < last and (
+            swinging or not len(self._next(now, command, request.step_index))
+        ):
             return None
         row = min(row + 1, last)
         step_index = request.step_index + swinging
-        coming = self._next(context, step_index)
+        coming = self._next(now, command, step_index)
         standing = plan.load == 0.5
         first = self.params.first_double_support if standing else self.params.double_support
         return replace(
-            continued(request, plan, row, self._period),
+            continued(request, plan, row),
             step_index=step_index,
             swing=1 - request.swing if swinging else request.swing,
             load=plan.load,
@@ -215,24 +214,26 @@ class WalkingPattern(LeafSystem):
             displacements=coming,
         )
 
-    def _touches_early(self, context, request: StepRequest, plan: StepPlan, row: int) -> bool:
+    def _touches_early(self, contact, request: StepRequest, plan: StepPlan, row: int) -> bool:
         """Return whether the swing foot has met the ground where it should not yet."""
         if not self.params.phase_reset:
             return False
-        swing = (row * self._period - plan.lift_off) / (plan.duration - plan.lift_off)
+        swing = (row * PERIOD - plan.lift_off) / (plan.duration - plan.lift_off)
         if not EARLY[0] < swing < EARLY[1]:
             return False
-        pads = self.contact.Eval(context)[4 * request.swing : 4 * request.swing + 4]
-        return bool(pads.any())
+        return bool(contact[4 * request.swing : 4 * request.swing + 4].any())
 
-    def _reset(self, context, request: StepRequest, plan: StepPlan, row: int) -> StepRequest:
+    def _reset(
+        self, now, command, request: StepRequest, plan: StepPlan, row: int
+    ) -> StepRequest:
         """Return the request that takes the touched ground for the foothold: the phase reset.
 
         The foot stops where it is, and the double support begins. Its duration is the one for
         which the CoM, as it moves now, asks for the least shift of the ZMP. Behind the foothold
-        the ground may go on or fall back: it is expected half-way, which is never far wrong.
+        the ground is expected at the foothold's height, as the paper tells of its board (V.A), or
+        lower (`ground_behind`).
         """
-        stopped = continued(request, plan, row, self._period)
+        stopped, behind = continued(request, plan, row), self.params.ground_behind
         foot, side = stopped.feet[request.swing], 1.0 if request.swing == LEFT else -1.0
         landed = replace(
             stopped,
@@ -240,30 +241,35 @@ class WalkingPattern(LeafSystem):
             swing=1 - request.swing,
             load=float(request.swing == RIGHT),
             path=advance(foot[[0, 1, 3]], np.array([0.0, -side * self.params.step_width / 2, 0.0])),
-            ground=(request.ground + foot[2]) / 2,
-            displacements=self._next(context, request.step_index + 1),
+            ground=request.ground + behind * (foot[2] - request.ground),
+            displacements=self._next(now, command, request.step_index + 1),
         )
         candidates = [replace(landed, support=support) for support in RESET_SUPPORTS]
         shifts = [np.abs(plan_step(self._model, c).zmp_shift).max() for c in candidates]
         return candidates[int(np.argmin(shifts))]
 
-    def _next(self, context, step_index: int) -> np.ndarray:
+    def _next(self, now, command, step_index: int) -> np.ndarray:
         """Return the displacements of the next steps that are asked for, at most the horizon."""
         if self._steps is None:
-            command = self.command.Eval(context)
             moving = bool(np.any(command))
             return np.tile(command * self.params.step_time, (HORIZON if moving else 0, 1))
-        if context.get_time() < self._start_time - 0.5 * self._period:
+        if now < self._start_time - 0.5 * PERIOD:
             return np.zeros((0, 3))
         return self._steps[step_index : step_index + HORIZON]
 
 
-def continued(request: StepRequest, plan: StepPlan, row: int, period: float) -> StepRequest:
+def _row(plan: StepPlan, row: int) -> dict[str, np.ndarray]:
+    """Return what a plan says in one row, by the names of the signals."""
+    signals = (TASK_REFERENCE, GAIT_PHASE, IDEAL_WRENCH, PLANNED_MOTION)
+    return {signal.name: getattr(plan, signal.name)[row] for signal in signals}
+
+
+def continued(request: StepRequest, plan: StepPlan, row: int) -> StepRequest:
     """Return the request with the plan's motion in a row as its start."""
     motion = plan.planned_motion[row]
     return replace(
         request,
-        start_time=request.start_time + row * period,
+        start_time=request.start_time + row * PERIOD,
         com=motion[PLANNED_MOTION.slice("com")],
         com_velocity=motion[PLANNED_MOTION.slice("com_velocity")],
         feet=(motion[PLANNED_MOTION.slice("foot_l")], motion[PLANNED_MOTION.slice("foot_r")]),

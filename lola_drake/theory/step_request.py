@@ -7,6 +7,9 @@ import numpy as np
 HORIZON = 3
 """Steps planned ahead; as on LOLA (interface headers, 2018)."""
 
+REQUEST_SIZE = 27 + 3 * HORIZON
+"""Numbers in a packed request."""
+
 
 @dataclass(frozen=True)
 class StepRequest:

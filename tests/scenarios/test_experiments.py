@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from lola_drake.analysis.contact_events import landings
-from lola_drake.metrics import inclination_deg
-from lola_drake.signals import FEET
+from lola_drake.metrics import inclination_deg, torque_error
+from lola_drake.signals import FEET, GAIT_PHASE
 
 SHORT = "duration=7"
 """Until the unexpected contacts are over."""
@@ -84,3 +84,30 @@ def test_step_down_has_no_phase_reset_and_no_early_contact_before_the_edge(run):
     before = [landing for landing in landings(result) if landing.measured < late.measured]
     assert [landing.kind for landing in before] == ["punctual"] * 3
     assert result.signals[f"foot_pose_{late.foot}"][-1, 2] == pytest.approx(0.0, abs=0.005)
+
+
+@pytest.mark.parametrize("variant", ["ref", "dyn"])
+def test_the_torque_error_after_a_late_contact_is_over_where_the_other_foot_lifts_off(run, variant):
+    """That foot is let go of when it lifts off, not before: nothing presses it down until then."""
+    result = run("board_9cm", f"variant={variant}", SHORT)
+    late = first(result, "late")
+    other = FEET.index(late.foot) ^ 1
+    support = result.signals["gait_phase"][:, GAIT_PHASE.slice("support")][:, other]
+    lifted = result.times[np.flatnonzero(np.diff(support) < 0) + 1]
+    lift_off = lifted[lifted > late.measured][0]
+    square = torque_error(result.signals) ** 2
+    while_lifting = square[between(result, lift_off - 0.02, 0.14)].sum(axis=0)
+    while_landing = square[between(result, late.measured - 0.02, 0.14)].sum(axis=0)
+    assert (while_lifting < 0.05 * while_landing).all()
+
+
+@pytest.mark.parametrize("variant", ["ref", "original"])
+def test_a_late_foot_that_seeks_the_ground_finds_it_earlier(run, variant):
+    waiting, seeking = (
+        run("step_down", f"variant={variant}", f"control.force.search_speed={speed}", SHORT)
+        for speed in (0.0, 0.22)
+    )
+    assert first(seeking, "late").measured < first(waiting, "late").measured - 0.02
+    for axis in "xy":
+        tilt = [result.metrics["max_inclination_deg"][axis] for result in (seeking, waiting)]
+        assert tilt[0] < 0.8 * tilt[1]

@@ -23,7 +23,7 @@ _STATES = {
     "ContactSwitches": _sample(signals.CONTACT) + _sample(signals.GROUND_FORCE),
     "FootForceSensor": _sample(signals.MEASURED_WRENCH),
     "ForceDistribution": _sample(signals.DESIRED_WRENCH, 6),
-    "HybridForceControl": _sample(signals.TASK_MODIFICATION, 3),
+    "HybridForceControl": (*_sample(signals.TASK_MODIFICATION), ("overdue", "s")),
     "Imu": _sample(signals.TORSO_ORIENTATION),
     "InverseKinematics": tuple((f"q.{joint}", "rad") for joint in JOINTS),
     "JointServos": _sample(signals.JOINT_COMMAND),
