@@ -9,8 +9,8 @@ import types
 import pytest
 from typer.testing import CliRunner
 
-from lola_drake.cli import app
-from lola_drake.cli_common import progress_bar
+from lola_drake.cli.app import app
+from lola_drake.cli.common import progress_bar
 from lola_drake.results import load_result
 
 
@@ -47,7 +47,7 @@ def test_list_has_one_line_for_each_scenario(lola):
 
 def test_list_does_not_wait_for_drake():
     code = (
-        "import sys\nfrom lola_drake.cli import app\n"
+        "import sys\nfrom lola_drake.cli.app import app\n"
         "app(['list'], standalone_mode=False)\nassert 'pydrake' not in sys.modules"
     )
     subprocess.run([sys.executable, "-c", code], check=True, stdout=subprocess.DEVNULL)

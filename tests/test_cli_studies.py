@@ -9,7 +9,7 @@ import pytest
 from typer.testing import CliRunner
 
 from lola_drake.analysis import tuning
-from lola_drake.cli import app
+from lola_drake.cli.app import app
 from lola_drake.results import load_result
 
 

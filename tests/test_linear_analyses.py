@@ -20,7 +20,7 @@ from lola_drake.analysis.linear.figures import analysis_figure
 from lola_drake.analysis.linear.recipes import RECIPES, recipe
 from lola_drake.analysis.linear.report import as_numbers, report
 from lola_drake.analysis.linear.tables import contact_responses
-from lola_drake.cli import app
+from lola_drake.cli.app import app
 from lola_drake.robot import PADS
 from lola_drake.theory.contact_model import contact_matrix
 

@@ -105,7 +105,7 @@ def software_digest() -> str:
     sources = [
         path
         for path in package.rglob("*.py")
-        if "analysis" not in path.parts and not path.name.startswith("cli")
+        if "analysis" not in path.parts and "cli" not in path.parts
     ]
     digest = hashlib.sha256(json.dumps(software_versions(), sort_keys=True).encode())
     for path in sorted([*sources, *robot.glob("*.urdf")]):

@@ -1,9 +1,4 @@
-"""The `lola` command: arguments in, calls the rest, prints.
-
-What a user should read goes to stderr, except for results asked for: with `--json` stdout holds
-one JSON document and nothing else. Drake is imported by the commands that need it, so that the
-others answer at once.
-"""
+"""The commands of `lola` around one run: simulate, list."""
 
 import json
 from contextlib import AbstractContextManager, nullcontext
@@ -16,8 +11,7 @@ from rich.progress import ProgressColumn, Task, TextColumn
 from rich.table import Table
 from rich.text import Text
 
-from lola_drake import cli_linear, cli_pictures, cli_studies
-from lola_drake.cli_common import (
+from lola_drake.cli.common import (
     INTERRUPTED,
     Changes,
     Host,
@@ -26,20 +20,13 @@ from lola_drake.cli_common import (
     errors_in_one_line,
     progress_bar,
 )
+from lola_drake.cli.pictures import live_view, write_views
 from lola_drake.paths import list_scenarios
 
 if TYPE_CHECKING:
     from lola_drake.results import Result
 
-app = typer.Typer(
-    help="Walk the humanoid LOLA in simulation, look into its controller, and analyse it.",
-    no_args_is_help=True,
-    add_completion=False,
-    pretty_exceptions_enable=False,
-)
-app.add_typer(cli_pictures.app)
-app.add_typer(cli_studies.app)
-app.add_typer(cli_linear.app)
+app = typer.Typer()
 
 
 @app.command()
@@ -76,13 +63,13 @@ def simulate(
         chosen = load_scenario(scenario, [*(changes or []), *given])
         folder = output or Path("runs") / chosen.name
         check_folder(folder, force=force)
-        view = cli_pictures.live_view(chosen, host) if meshcat else None
+        view = live_view(chosen, host) if meshcat else None
         with _simulated(chosen.name, chosen.duration, show=not quiet) as advance:
             result = run(chosen, progress=advance, attend=view)
         result = view.signed(result) if view else result
         result.save(folder, force=force)
         with _status("drawing pictures", show=not quiet):
-            cli_pictures.write(result, folder, pictures=pictures, video=video)
+            write_views(result, folder, pictures=pictures, video=video)
     if as_json:
         print(json.dumps(result.summary, indent=2))
     elif not quiet:

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from lola_drake.cli_common import (
+from lola_drake.cli.common import (
     COUNT,
     Changes,
     Json,

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from lola_drake.cli_common import Changes, Host, ScenarioName, errors_in_one_line
+from lola_drake.cli.common import Changes, Host, ScenarioName, errors_in_one_line
 
 if TYPE_CHECKING:
     from lola_drake.analysis.live import LiveView
@@ -25,7 +25,7 @@ def live_view(scenario: "Scenario", host: str) -> "LiveView":
     return LiveView(scenario, meshcat)
 
 
-def write(result: "Result", folder: Path, *, pictures: bool, video: bool) -> None:
+def write_views(result: "Result", folder: Path, *, pictures: bool, video: bool) -> None:
     """Write what a run's user wants to see into its folder."""
     if pictures:
         from lola_drake.analysis.pictures import write_pictures
