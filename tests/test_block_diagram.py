@@ -14,7 +14,7 @@ from lola_drake.analysis.diagram.drawing import PAGE
 from lola_drake.analysis.diagram.graph import read_block
 from lola_drake.analysis.diagram.layout import make_sheet
 from lola_drake.analysis.diagram.sheet import draw_sheet
-from lola_drake.analysis.picture_file import PictureError
+from lola_drake.atomic_file import PictureError
 from lola_drake.scenario import load_scenario
 from lola_drake.simulation import build_simulation
 

@@ -8,7 +8,7 @@ import pytest
 from mcap.reader import make_reader
 
 from lola_drake.analysis.mcap_export import export_mcap, message_schema, message_template
-from lola_drake.analysis.picture_file import PictureError
+from lola_drake.atomic_file import PictureError
 from lola_drake.logged import LOGGED
 
 

@@ -16,7 +16,7 @@ from lola_drake.analysis.diagram.drawing import Drawing, to_figure, to_svg
 from lola_drake.analysis.diagram.graph import read_block
 from lola_drake.analysis.diagram.layout import make_sheet
 from lola_drake.analysis.diagram.sheet import Link, draw_sheet
-from lola_drake.analysis.picture_file import PictureError, whole_file
+from lola_drake.atomic_file import PictureError, whole_file
 from lola_drake.scenario import load_scenario
 from lola_drake.simulation import build_simulation
 from lola_drake.typed_yaml import suggestion

@@ -29,7 +29,7 @@ from lola_drake.analysis.figure_style import (
     time_figure,
 )
 from lola_drake.analysis.footprints import footprints
-from lola_drake.analysis.picture_file import whole_file
+from lola_drake.atomic_file import whole_file
 from lola_drake.metrics import inclination_deg, torque_error
 from lola_drake.results import Result
 from lola_drake.signals import (

@@ -13,7 +13,7 @@ import numpy as np
 from pydrake.math import RollPitchYaw
 from pydrake.multibody.plant import MultibodyPlant
 
-from lola_drake.analysis.picture_file import PictureError, whole_file
+from lola_drake.atomic_file import PictureError, whole_file
 from lola_drake.logged import LOGGED
 from lola_drake.results import Result
 from lola_drake.robot import add_lola

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from joblib import Parallel, delayed
 
-from lola_drake.analysis.picture_file import whole_file
+from lola_drake.atomic_file import whole_file
 from lola_drake.paths import models_dir
 from lola_drake.results import ResultError, software_versions
 from lola_drake.scenario import Scenario, differences, dump_scenario
