@@ -14,7 +14,7 @@ _HOME = {
     "load_scenario": "scenario",
     "open_loop": "analysis.linear.open_loop",
     "Result": "results",
-    "save_diagram": "analysis.block_diagram",
+    "save_diagram": "diagram.block_diagram",
     "Scenario": "scenario",
     "ScenarioError": "scenario",
     "simulate": "simulation",

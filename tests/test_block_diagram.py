@@ -9,12 +9,12 @@ import pytest
 from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.primitives import Gain, ZeroOrderHold
 
-from lola_drake.analysis.block_diagram import COMMAND, save_diagram, write_all
-from lola_drake.analysis.diagram.drawing import PAGE
-from lola_drake.analysis.diagram.graph import read_block
-from lola_drake.analysis.diagram.layout import make_sheet
-from lola_drake.analysis.diagram.sheet import draw_sheet
 from lola_drake.atomic_file import PictureError
+from lola_drake.diagram.block_diagram import COMMAND, save_diagram, write_all
+from lola_drake.diagram.drawing import PAGE
+from lola_drake.diagram.graph import read_block
+from lola_drake.diagram.layout import make_sheet
+from lola_drake.diagram.sheet import draw_sheet
 from lola_drake.scenario import load_scenario
 from lola_drake.simulation import build_simulation
 

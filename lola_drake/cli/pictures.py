@@ -56,7 +56,7 @@ def diagram(
     ] = False,
 ) -> None:
     """Draw the block diagram of a simulation, or of one system in it."""
-    from lola_drake.analysis.block_diagram import save_diagram, write_all
+    from lola_drake.diagram.block_diagram import save_diagram, write_all
     from lola_drake.scenario import load_scenario
     from lola_drake.simulation import build_simulation
 

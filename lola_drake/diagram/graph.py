@@ -19,8 +19,8 @@ from pydrake.systems.framework import (
     System,
 )
 
-from lola_drake.analysis.diagram.block import Block, End, Net, Port
-from lola_drake.analysis.diagram.logs import mark_logs, pruned, wired, without_logs
+from lola_drake.diagram.block import Block, End, Net, Port
+from lola_drake.diagram.logs import mark_logs, pruned, wired, without_logs
 
 _KIND_OF = {
     "ConstantVectorSource": "command",

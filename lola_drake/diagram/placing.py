@@ -7,7 +7,7 @@ import numpy as np
 import pygraphviz
 from scipy.optimize import linprog
 
-from lola_drake.analysis.diagram.tracks import CLOSE, Ends, always_on_top
+from lola_drake.diagram.tracks import CLOSE, Ends, always_on_top
 
 LANE_GAP, BOX_GAP = 9.0, 26.0
 """Least distance between wires in parallel, and between large blocks."""

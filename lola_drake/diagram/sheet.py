@@ -3,8 +3,8 @@
 from collections.abc import Callable
 from itertools import pairwise
 
-from lola_drake.analysis.diagram.block import Block, Port
-from lola_drake.analysis.diagram.drawing import (
+from lola_drake.diagram.block import Block, Port
+from lola_drake.diagram.drawing import (
     Drawing,
     Group,
     Item,
@@ -15,7 +15,7 @@ from lola_drake.analysis.diagram.drawing import (
     moved,
     rectangle,
 )
-from lola_drake.analysis.diagram.layout import HEADER, Box, Point, Sheet, Wire, pill_lines
+from lola_drake.diagram.layout import HEADER, Box, Point, Sheet, Wire, pill_lines
 from lola_drake.signals import Signal
 
 BORDER, TITLE, LEGEND = 16.0, 34.0, 26.0

@@ -2,10 +2,10 @@
 
 import textwrap
 
-from lola_drake.analysis.diagram.block import Block, Port
-from lola_drake.analysis.diagram.drawing import Drawing, Group, Item, Label, Line, dot, rectangle
-from lola_drake.analysis.diagram.layout import CHARACTER
-from lola_drake.analysis.diagram.sheet import (
+from lola_drake.diagram.block import Block, Port
+from lola_drake.diagram.drawing import Drawing, Group, Item, Label, Line, dot, rectangle
+from lola_drake.diagram.layout import CHARACTER
+from lola_drake.diagram.sheet import (
     BORDER,
     CSS,
     STYLES,

@@ -2,7 +2,7 @@
 
 import dataclasses
 
-from lola_drake.analysis.diagram.block import Block, Net
+from lola_drake.diagram.block import Block, Net
 
 
 def mark_logs(children: list[Block], nets: tuple[Net, ...]) -> list[Block]:

@@ -10,13 +10,13 @@ from pathlib import Path
 
 from pydrake.systems.framework import Diagram
 
-from lola_drake.analysis.diagram.block import Block
-from lola_drake.analysis.diagram.card import draw_card
-from lola_drake.analysis.diagram.drawing import Drawing, to_figure, to_svg
-from lola_drake.analysis.diagram.graph import read_block
-from lola_drake.analysis.diagram.layout import make_sheet
-from lola_drake.analysis.diagram.sheet import Link, draw_sheet
 from lola_drake.atomic_file import PictureError, whole_file
+from lola_drake.diagram.block import Block
+from lola_drake.diagram.card import draw_card
+from lola_drake.diagram.drawing import Drawing, to_figure, to_svg
+from lola_drake.diagram.graph import read_block
+from lola_drake.diagram.layout import make_sheet
+from lola_drake.diagram.sheet import Link, draw_sheet
 from lola_drake.scenario import load_scenario
 from lola_drake.simulation import build_simulation
 from lola_drake.typed_yaml import suggestion

@@ -8,9 +8,9 @@ A wire that runs against the reading direction is feedback. Lengths are in point
 
 from dataclasses import dataclass, field
 
-from lola_drake.analysis.diagram.block import Block, End, Net, Port
-from lola_drake.analysis.diagram.placing import Trunk, place_rows
-from lola_drake.analysis.diagram.tracks import assign_tracks
+from lola_drake.diagram.block import Block, End, Net, Port
+from lola_drake.diagram.placing import Trunk, place_rows
+from lola_drake.diagram.tracks import assign_tracks
 
 HEADER, ROW, TRACK, MARGIN, PAD = 33.5, 15.0, 7.0, 9.0, 10.0
 CHARACTER = 5.3
