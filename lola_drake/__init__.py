@@ -9,10 +9,10 @@ from typing import Any
 
 _HOME = {
     "build_simulation": "simulation",
-    "linearize": "analysis.linear.linearize",
+    "linearize": "linear.linearize",
     "load_result": "results",
     "load_scenario": "scenario",
-    "open_loop": "analysis.linear.open_loop",
+    "open_loop": "linear.open_loop",
     "Result": "results",
     "save_diagram": "diagram.block_diagram",
     "Scenario": "scenario",

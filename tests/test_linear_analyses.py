@@ -7,20 +7,20 @@ import pytest
 from typer.testing import CliRunner
 
 import lola_drake as lola
-from lola_drake.analysis.linear.analyses import (
+from lola_drake.cli.app import app
+from lola_drake.linear.errors import AnalysisError
+from lola_drake.linear.presentation.analysis_figures import analysis_figure
+from lola_drake.linear.presentation.report import as_numbers, report
+from lola_drake.linear.studies.analyses import (
     analyse,
     open_at,
     part,
     root_locus,
     step_response,
 )
-from lola_drake.analysis.linear.bench import make_bench
-from lola_drake.analysis.linear.errors import AnalysisError
-from lola_drake.analysis.linear.figures import analysis_figure
-from lola_drake.analysis.linear.recipes import RECIPES, recipe
-from lola_drake.analysis.linear.report import as_numbers, report
-from lola_drake.analysis.linear.tables import contact_responses
-from lola_drake.cli.app import app
+from lola_drake.linear.studies.named_analyses import RECIPES, recipe
+from lola_drake.linear.studies.tables import contact_responses
+from lola_drake.linear.studies.workpoint import make_bench
 from lola_drake.robot import PADS
 from lola_drake.theory.contact_model import contact_matrix
 

@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 
 import lola_drake as lola
-from lola_drake.analysis.linear.analyses import step_response
-from lola_drake.analysis.linear.bench import make_bench
-from lola_drake.analysis.linear.border import predicted_border, swings_up
-from lola_drake.analysis.linear.frequency import frequency_response
-from lola_drake.analysis.linear.measured_response import deviation, measured_response
-from lola_drake.analysis.linear.ticks import Ticks
+from lola_drake.linear.frequency import frequency_response
+from lola_drake.linear.studies.analyses import step_response
+from lola_drake.linear.studies.measured_response import deviation, measured_response
+from lola_drake.linear.studies.stability_border import predicted_border, swings_up
+from lola_drake.linear.studies.workpoint import make_bench
+from lola_drake.linear.tick_loop import Ticks
 
 
 def test_a_step_of_the_desired_force_is_the_same_in_both_within_2_percent(standing):

@@ -11,15 +11,15 @@ from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.primitives import AffineSystem, Integrator, Linearize
 
 import lola_drake as lola
-from lola_drake.analysis.linear.cut_blocks import discrete_state, own_context, set_discrete_state
-from lola_drake.analysis.linear.errors import AnalysisError
-from lola_drake.analysis.linear.linear_blocks import linear_blocks
 from lola_drake.blocks.hybrid_force_control import (
     FootSensor,
     HybridForceControl,
     HybridForceControlParams,
 )
 from lola_drake.blocks.imu_stabilizer import ImuStabilizerParams
+from lola_drake.linear.errors import AnalysisError
+from lola_drake.linear.isolated import discrete_state, own_context, set_discrete_state
+from lola_drake.linear.linear_blocks import linear_blocks
 from lola_drake.robot import PADS
 from lola_drake.signals import DESIRED_WRENCH, GAIT_PHASE, JOINTS, MEASURED_WRENCH
 from lola_drake.theory.contact_model import contact_matrix

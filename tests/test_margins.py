@@ -8,9 +8,9 @@ import pytest
 from linear_toys import PERIOD, discrete, loop
 
 import lola_drake as lola
-from lola_drake.analysis.linear.errors import AnalysisError
-from lola_drake.analysis.linear.frequency import frequency_response
-from lola_drake.analysis.linear.margins import (
+from lola_drake.linear.errors import AnalysisError
+from lola_drake.linear.frequency import frequency_response
+from lola_drake.linear.margins import (
     disk_gain,
     disk_phase,
     loop_margins,
@@ -18,7 +18,7 @@ from lola_drake.analysis.linear.margins import (
     matrix_margins,
     one_loop,
 )
-from lola_drake.analysis.linear.poles import poles
+from lola_drake.linear.poles import poles
 
 
 def sampled(transfer: control.TransferFunction) -> control.StateSpace:

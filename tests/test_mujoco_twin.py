@@ -11,8 +11,8 @@ from pydrake.systems.analysis import Simulator
 
 from lola_drake.analysis.bare_plant import Motion, bare_plant, record_motion
 from lola_drake.analysis.bench_tables import mujoco_tables
-from lola_drake.analysis.linear.errors import AnalysisError
 from lola_drake.blocks.joint_servos import set_servo_gains
+from lola_drake.linear.errors import AnalysisError
 from lola_drake.robot import add_lola, posture
 from lola_drake.scenario import load_scenario
 from lola_drake.signals import JOINTS, PERIOD

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 import lola_drake as lola
-from lola_drake.analysis.linear.errors import AnalysisError
-from lola_drake.analysis.linear.operating_points import situation
-from lola_drake.analysis.linear.ticks import Ticks
+from lola_drake.linear.errors import AnalysisError
+from lola_drake.linear.studies.operating_points import situation
+from lola_drake.linear.tick_loop import Ticks
 from lola_drake.signals import GROUND_FORCE
 
 FORCES = [GROUND_FORCE.slice(f"F_{foot}").start + 2 for foot in "lr"]

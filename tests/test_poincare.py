@@ -6,18 +6,19 @@ import numpy as np
 import pytest
 
 import lola_drake as lola
-from lola_drake.analysis.linear.coordinates import coordinates
-from lola_drake.analysis.linear.cut_blocks import discrete_state
-from lola_drake.analysis.linear.errors import AnalysisError
-from lola_drake.analysis.linear.gait_section import (
+from lola_drake.linear.coordinates import coordinates
+from lola_drake.linear.errors import AnalysisError
+from lola_drake.linear.isolated import discrete_state
+from lola_drake.linear.presentation.study_figures import multipliers_figure
+from lola_drake.linear.studies.gait_section import (
     Section,
     find_section,
     moving_coordinates,
     section_context,
     typical,
 )
-from lola_drake.analysis.linear.operating_points import quiet
-from lola_drake.analysis.linear.poincare import (
+from lola_drake.linear.studies.operating_points import quiet
+from lola_drake.linear.studies.poincare import (
     CONVERGED,
     TRIED,
     StrideMap,
@@ -25,7 +26,6 @@ from lola_drake.analysis.linear.poincare import (
     fly,
     forget,
 )
-from lola_drake.analysis.linear.study_figures import multipliers_figure
 
 
 @pytest.fixture(scope="module")

@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 
 import lola_drake as lola
-from lola_drake.analysis.linear.bench import make_bench
-from lola_drake.analysis.linear.border import predicted_border
-from lola_drake.analysis.linear.errors import AnalysisError
-from lola_drake.analysis.linear.flexible_torso import FlexibleTorso, with_torso
-from lola_drake.analysis.linear.map_kinds import (
+from lola_drake.linear.errors import AnalysisError
+from lola_drake.linear.poles import spectral_radius
+from lola_drake.linear.presentation.study_figures import map_figure
+from lola_drake.linear.studies.flexible_torso import FlexibleTorso, with_torso
+from lola_drake.linear.studies.map_kinds import (
     DELTA,
     GAIN,
     MAPS,
@@ -17,8 +17,8 @@ from lola_drake.analysis.linear.map_kinds import (
     MapKind,
     map_kind,
 )
-from lola_drake.analysis.linear.poles import spectral_radius
-from lola_drake.analysis.linear.stability_map import (
+from lola_drake.linear.studies.stability_border import predicted_border
+from lola_drake.linear.studies.stability_map import (
     AtSetting,
     StabilityMap,
     finer,
@@ -27,7 +27,7 @@ from lola_drake.analysis.linear.stability_map import (
     largest_share,
     stability_map,
 )
-from lola_drake.analysis.linear.study_figures import map_figure
+from lola_drake.linear.studies.workpoint import make_bench
 
 SIGNALS = ("torso_orientation", "measured_wrench")
 

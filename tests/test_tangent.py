@@ -5,7 +5,7 @@ import pytest
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import SpatialInertia
 
-from lola_drake.analysis.linear.tangent import Tangent, tangent_of
+from lola_drake.linear.tangent import Tangent, tangent_of
 
 TANGENT = Tangent(9, (2,))
 

@@ -3,8 +3,8 @@
 import pytest
 from linear_toys import discrete, loop
 
-from lola_drake.analysis.linear.errors import AnalysisError
-from lola_drake.analysis.linear.wiring import Source, Target, Wiring
+from lola_drake.linear.errors import AnalysisError
+from lola_drake.linear.wiring import Source, Target, Wiring
 
 
 @pytest.fixture(scope="module")

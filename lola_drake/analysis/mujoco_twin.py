@@ -14,8 +14,8 @@ from copy import copy
 import numpy as np
 
 from lola_drake.analysis.bare_plant import SOLES, Motion
-from lola_drake.analysis.linear.errors import AnalysisError
 from lola_drake.blocks.joint_servos import JointServosParams
+from lola_drake.linear.errors import AnalysisError
 from lola_drake.paths import models_dir
 from lola_drake.plant import has_fallen
 from lola_drake.robot import PADS

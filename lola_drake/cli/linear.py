@@ -16,7 +16,7 @@ from lola_drake.cli.common import (
 )
 
 if TYPE_CHECKING:
-    from lola_drake.analysis.linear.analyses import Analysis
+    from lola_drake.linear.studies.analyses import Analysis
 
 app = typer.Typer()
 
@@ -48,9 +48,9 @@ def linearize(
     as_json: Json = False,
 ) -> None:
     """Linearise a part of the loop: poles, margins, Bode, root locus."""
-    from lola_drake.analysis.linear.analyses import analyse
-    from lola_drake.analysis.linear.figures import analysis_figure
-    from lola_drake.analysis.linear.report import as_numbers, report
+    from lola_drake.linear.presentation.analysis_figures import analysis_figure
+    from lola_drake.linear.presentation.report import as_numbers, report
+    from lola_drake.linear.studies.analyses import analyse
     from lola_drake.scenario import load_scenario
 
     with errors_in_one_line():
@@ -86,11 +86,11 @@ def map_(
     as_json: Json = False,
 ) -> None:
     """Map the stability of the closed loop over two parameters."""
-    from lola_drake.analysis.linear.border import compare_borders
-    from lola_drake.analysis.linear.flexible_torso import FlexibleTorso
-    from lola_drake.analysis.linear.map_kinds import map_kind
-    from lola_drake.analysis.linear.stability_map import stability_map
-    from lola_drake.analysis.linear.study_figures import map_figure
+    from lola_drake.linear.presentation.study_figures import map_figure
+    from lola_drake.linear.studies.flexible_torso import FlexibleTorso
+    from lola_drake.linear.studies.map_kinds import map_kind
+    from lola_drake.linear.studies.stability_border import compare_borders
+    from lola_drake.linear.studies.stability_map import stability_map
     from lola_drake.scenario import load_scenario
 
     mode = FlexibleTorso(torso, torso_damping, torso_share) if torso else None
@@ -125,8 +125,8 @@ def poincare(
     as_json: Json = False,
 ) -> None:
     """Find the Floquet multipliers of a gait, from stride to stride."""
-    from lola_drake.analysis.linear.poincare import stride_map
-    from lola_drake.analysis.linear.study_figures import multipliers_figure
+    from lola_drake.linear.presentation.study_figures import multipliers_figure
+    from lola_drake.linear.studies.poincare import stride_map
     from lola_drake.scenario import load_scenario
 
     maps = {}
@@ -145,8 +145,8 @@ def poincare(
 
 
 def _measure(analysis: "Analysis"):
-    from lola_drake.analysis.linear.measured_response import compare
-    from lola_drake.analysis.linear.study_figures import measured_figure
+    from lola_drake.linear.presentation.study_figures import measured_figure
+    from lola_drake.linear.studies.measured_response import compare
 
     models, measured, table = compare(analysis)
     title = f"{analysis.name}: linear model (line) and nonlinear simulation (dots)"
