@@ -5,10 +5,8 @@ import xml.etree.ElementTree as ElementTree
 import numpy as np
 import pytest
 
-from lola_drake.analysis.comparison import COMPARISONS, labels
-from lola_drake.analysis.figure_style import intervals, look, plot
-from lola_drake.analysis.figures import FIGURES, figure_bytes
-from lola_drake.analysis.footprints import (
+from lola_drake.figures.comparison import COMPARISONS, labels
+from lola_drake.figures.footprints import (
     planned_footsteps,
     pressure_point,
     sole_corners,
@@ -16,6 +14,8 @@ from lola_drake.analysis.footprints import (
     to_world,
     zero_moment_point,
 )
+from lola_drake.figures.run_figures import FIGURES, figure_bytes
+from lola_drake.figures.style import intervals, look, plot
 from lola_drake.scenario import Scenario, override
 from lola_drake.signals import CONTACT_WRENCH, PLANNED_MOTION
 

@@ -13,12 +13,12 @@ from pydrake.multibody.plant import ExternallyAppliedSpatialForce
 from pydrake.systems.framework import Context, Diagram
 from pydrake.systems.primitives import ConstantVectorSource
 
-from lola_drake.analysis.footprints import to_world
 from lola_drake.analysis.moments import moments_of
 from lola_drake.analysis.panel import PAUSE, STOP, Panel
 from lola_drake.analysis.signs import Signs
 from lola_drake.analysis.stage import Puppet, follow, shown_in
 from lola_drake.blocks.walking_pattern import unpack_request
+from lola_drake.figures.footprints import to_world
 from lola_drake.plant import plant_truth
 from lola_drake.results import Result
 from lola_drake.scenario import Scenario

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from lola_drake.analysis.footprints import pressure_point, zero_moment_point
+from lola_drake.figures.footprints import pressure_point, zero_moment_point
 from lola_drake.results import Result
 from lola_drake.scenario import Ground
 from lola_drake.signals import FEET, GROUND_FORCE

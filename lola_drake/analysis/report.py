@@ -5,12 +5,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from html import escape
 
-from lola_drake.analysis.comparison import COMPARISONS, labels
-from lola_drake.analysis.figure_style import look
-from lola_drake.analysis.figures import figure_bytes
 from lola_drake.analysis.replay import UNPACK
 from lola_drake.diagram.block_diagram import block_diagram
 from lola_drake.diagram.drawing import to_svg
+from lola_drake.figures.comparison import COMPARISONS, labels
+from lola_drake.figures.run_figures import figure_bytes
+from lola_drake.figures.style import look
 from lola_drake.results import Result
 from lola_drake.scenario import Scenario, differences
 from lola_drake.simulation import build_simulation

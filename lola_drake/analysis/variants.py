@@ -6,8 +6,8 @@ from pathlib import Path
 
 from joblib import Parallel, delayed
 
-from lola_drake.analysis.figures import save_figure
-from lola_drake.analysis.variants_figure import variants_figure
+from lola_drake.figures.run_figures import save_figure
+from lola_drake.figures.variants_figure import variants_figure
 from lola_drake.results import Result, whole_folder
 from lola_drake.scenario import Scenario, ScenarioError, override
 

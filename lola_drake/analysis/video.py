@@ -17,11 +17,11 @@ from pydrake.geometry import (
 from pydrake.math import RigidTransform, RotationMatrix
 from pydrake.systems.sensors import CameraInfo
 
-from lola_drake.analysis.figure_style import FOOT_COLOURS
 from lola_drake.analysis.moments import Moment, frame_samples, moments
 from lola_drake.analysis.signs import LEAST_FORCE, METRES_PER_NEWTON
 from lola_drake.analysis.stage import Puppet
 from lola_drake.atomic_file import PictureError, whole_file
+from lola_drake.figures.style import FOOT_COLOURS
 from lola_drake.results import Result
 from lola_drake.signals import FEET
 

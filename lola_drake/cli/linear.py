@@ -155,7 +155,7 @@ def _measure(analysis: "Analysis"):
 
 def _save(figures: dict, folder: Path) -> list[Path]:
     """Write figures as SVG and PNG into a folder, and return their paths."""
-    from lola_drake.analysis.figures import save_figure
+    from lola_drake.figures.run_figures import save_figure
 
     for name, figure in figures.items():
         save_figure(figure, folder, name)

@@ -80,11 +80,11 @@ def reproduce(
 
     A study that was stopped goes on where it was when it is started again.
     """
-    from lola_drake.analysis.figures import save_figure
     from lola_drake.analysis.reproduction import EXPERIMENTS, reproduction, run_experiments
     from lola_drake.analysis.reproduction_figure import reproduction_figure
     from lola_drake.analysis.study import Study, write_json
     from lola_drake.analysis.tables import reproduction_table
+    from lola_drake.figures.run_figures import save_figure
 
     folder = output or Path("runs") / "reproduction"
     total = 2 * len(EXPERIMENTS) * max(samples, 1)

@@ -7,7 +7,7 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.colors import LogNorm, Normalize
 from matplotlib.figure import Figure
 
-from lola_drake.analysis.figure_style import add_title
+from lola_drake.figures.style import add_title
 from lola_drake.linear.frequency import Response, frequency_response
 from lola_drake.linear.margins import one_loop
 from lola_drake.linear.presentation.look import COLOURS, FAINT, INK, LIMIT, MAP, in_look

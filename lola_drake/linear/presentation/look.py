@@ -3,7 +3,7 @@
 import functools
 from collections.abc import Callable
 
-from lola_drake.analysis.figure_style import (
+from lola_drake.figures.style import (
     FAINT,
     FIRST,
     INK,

@@ -5,7 +5,7 @@ from matplotlib.axes import Axes
 from matplotlib.colors import BoundaryNorm
 from matplotlib.figure import Figure
 
-from lola_drake.analysis.figure_style import add_title
+from lola_drake.figures.style import add_title
 from lola_drake.linear.frequency import Response
 from lola_drake.linear.presentation.look import COLOURS, FAINT, INK, LIMIT, in_look
 from lola_drake.linear.studies.flexible_torso import FlexibleTorso

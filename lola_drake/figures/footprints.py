@@ -6,7 +6,7 @@ from matplotlib.patches import Patch, Polygon
 from matplotlib.transforms import Affine2D
 from scipy.spatial import ConvexHull
 
-from lola_drake.analysis.figure_style import (
+from lola_drake.figures.style import (
     DASHED,
     FOOT_COLOURS,
     FOOT_NAMES,

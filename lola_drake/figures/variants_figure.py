@@ -6,9 +6,9 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from lola_drake.analysis.comparison import RUN_COLOURS
-from lola_drake.analysis.contact_events import Landing, landings
-from lola_drake.analysis.figure_style import DASHED, FAINT, FOOT_NAMES, NOISE, look, plot
+from lola_drake.contact_events import Landing, landings
+from lola_drake.figures.comparison import RUN_COLOURS
+from lola_drake.figures.style import DASHED, FAINT, FOOT_NAMES, NOISE, look, plot
 from lola_drake.logged import COM_POSITION
 from lola_drake.metrics import inclination_deg, vertical_acceleration
 from lola_drake.results import Result

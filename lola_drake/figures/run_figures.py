@@ -10,7 +10,9 @@ from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from lola_drake.analysis.figure_style import (
+from lola_drake.atomic_file import whole_file
+from lola_drake.figures.footprints import footprints
+from lola_drake.figures.style import (
     DASHED,
     FAINT,
     FIRST,
@@ -28,8 +30,6 @@ from lola_drake.analysis.figure_style import (
     plot,
     time_figure,
 )
-from lola_drake.analysis.footprints import footprints
-from lola_drake.atomic_file import whole_file
 from lola_drake.metrics import inclination_deg, torque_error
 from lola_drake.results import Result
 from lola_drake.signals import (

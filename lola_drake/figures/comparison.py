@@ -5,7 +5,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 from matplotlib.figure import Figure
 
-from lola_drake.analysis.figure_style import FIRST, INK, LEFT, RIGHT, add_legend, plot, time_figure
+from lola_drake.figures.style import FIRST, INK, LEFT, RIGHT, add_legend, plot, time_figure
 from lola_drake.metrics import inclination_deg, torque_error
 from lola_drake.results import Result
 
