@@ -4,15 +4,15 @@ import numpy as np
 import pytest
 from pydrake.systems.analysis import Simulator
 
-from lola_drake.analysis.gains import GAINS, gains_of, get_gain, set_gain
-from lola_drake.analysis.live import LiveView, next_footsteps, push, signals_now
-from lola_drake.analysis.moments import moments_of
-from lola_drake.analysis.panel import PUSHES, STEERING, Panel, gamepad_command
-from lola_drake.analysis.stage import open_meshcat
 from lola_drake.blocks.walking_pattern import pack_request, standing_request
 from lola_drake.scenario import load_scenario, override
 from lola_drake.simulation import build_simulation, simulate
 from lola_drake.typed_yaml import leaves, plain
+from lola_drake.view3d.controls import PUSHES, STEERING, Panel, gamepad_command
+from lola_drake.view3d.frames import moments_of
+from lola_drake.view3d.gains import GAINS, gains_of, get_gain, set_gain
+from lola_drake.view3d.live import LiveView, next_footsteps, push, signals_now
+from lola_drake.view3d.scene import open_meshcat
 
 
 @pytest.fixture(scope="module")

@@ -9,14 +9,14 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from lola_drake.analysis.moments import frame_samples, moments
 from lola_drake.analysis.pictures import write_pictures, write_report
-from lola_drake.analysis.replay import packed_replay, replay_page
-from lola_drake.analysis.video import camera_pose, save_video
 from lola_drake.atomic_file import PictureError
 from lola_drake.figures.run_figures import FIGURES
 from lola_drake.scenario import Scenario, override
 from lola_drake.signals import GROUND_FORCE
+from lola_drake.view3d.frames import frame_samples, moments
+from lola_drake.view3d.replay import packed_replay, replay_page
+from lola_drake.view3d.video import camera_pose, save_video
 
 
 @pytest.fixture(scope="module", autouse=True)

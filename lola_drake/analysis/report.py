@@ -5,7 +5,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from html import escape
 
-from lola_drake.analysis.replay import UNPACK
 from lola_drake.diagram.block_diagram import block_diagram
 from lola_drake.diagram.drawing import to_svg
 from lola_drake.figures.comparison import COMPARISONS, labels
@@ -15,6 +14,7 @@ from lola_drake.results import Result
 from lola_drake.scenario import Scenario, differences
 from lola_drake.simulation import build_simulation
 from lola_drake.typed_yaml import leaves, plain
+from lola_drake.view3d.replay import UNPACK
 
 STYLE = """
 :root { color-scheme: light dark; --ink: #1f2328; --faint: #5f6873; --page: #fff; --card: #f6f8fa;

@@ -8,17 +8,17 @@ import typer
 from lola_drake.cli.common import Changes, Host, ScenarioName, errors_in_one_line
 
 if TYPE_CHECKING:
-    from lola_drake.analysis.live import LiveView
     from lola_drake.results import Result
     from lola_drake.scenario import Scenario
+    from lola_drake.view3d.live import LiveView
 
 app = typer.Typer()
 
 
 def live_view(scenario: "Scenario", host: str) -> "LiveView":
     """Return what shows a simulation in a browser, and say where."""
-    from lola_drake.analysis.live import LiveView
-    from lola_drake.analysis.stage import open_meshcat
+    from lola_drake.view3d.live import LiveView
+    from lola_drake.view3d.scene import open_meshcat
 
     meshcat = open_meshcat(host=host, live=True)
     typer.echo(f"waiting for a browser at {meshcat.web_url()}", err=True)
@@ -32,7 +32,7 @@ def write_views(result: "Result", folder: Path, *, pictures: bool, video: bool) 
 
         write_pictures(result, folder)
     if video:
-        from lola_drake.analysis.video import save_video
+        from lola_drake.view3d.video import save_video
 
         save_video(result, folder / "video.webp")
 
@@ -84,8 +84,8 @@ def report(
 ) -> None:
     """Write one page about some runs, side by side: metrics, replays, figures, settings."""
     from lola_drake.analysis.pictures import write_report
-    from lola_drake.analysis.video import save_video
     from lola_drake.results import load_result
+    from lola_drake.view3d.video import save_video
 
     with errors_in_one_line():
         results = [load_result(run) for run in runs]
@@ -103,8 +103,8 @@ def walk(
     host: Host = "localhost",
 ) -> None:
     """Steer the robot in a browser: by sliders, keys or gamepad; nothing is recorded."""
-    from lola_drake.analysis.live import walk_live
     from lola_drake.scenario import load_scenario
+    from lola_drake.view3d.live import walk_live
 
     with errors_in_one_line():
         chosen = load_scenario(scenario, changes or [])

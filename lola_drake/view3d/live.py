@@ -13,10 +13,6 @@ from pydrake.multibody.plant import ExternallyAppliedSpatialForce
 from pydrake.systems.framework import Context, Diagram
 from pydrake.systems.primitives import ConstantVectorSource
 
-from lola_drake.analysis.moments import moments_of
-from lola_drake.analysis.panel import PAUSE, STOP, Panel
-from lola_drake.analysis.signs import Signs
-from lola_drake.analysis.stage import Puppet, follow, shown_in
 from lola_drake.blocks.walking_pattern import unpack_request
 from lola_drake.figures.footprints import to_world
 from lola_drake.plant import plant_truth
@@ -25,6 +21,10 @@ from lola_drake.scenario import Scenario
 from lola_drake.signals import FEET
 from lola_drake.simulation import simulate
 from lola_drake.theory.gait import advance, foothold
+from lola_drake.view3d.controls import PAUSE, STOP, Panel
+from lola_drake.view3d.frames import moments_of
+from lola_drake.view3d.markers import Signs
+from lola_drake.view3d.scene import Puppet, follow, shown_in
 
 CHUNK = 0.03
 """Simulated time between two pictures (s)."""

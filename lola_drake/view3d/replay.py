@@ -6,11 +6,11 @@ from html import escape
 
 from pydrake.geometry import Meshcat
 
-from lola_drake.analysis.moments import frame_samples, moments
-from lola_drake.analysis.signs import Signs
-from lola_drake.analysis.stage import Puppet, follow, open_meshcat, shown_in
 from lola_drake.figures.footprints import planned_footsteps
 from lola_drake.results import Result
+from lola_drake.view3d.frames import frame_samples, moments
+from lola_drake.view3d.markers import Signs
+from lola_drake.view3d.scene import Puppet, follow, open_meshcat, shown_in
 
 FRAMES_PER_SECOND = 32.0
 

@@ -17,13 +17,13 @@ from pydrake.geometry import (
 from pydrake.math import RigidTransform, RotationMatrix
 from pydrake.systems.sensors import CameraInfo
 
-from lola_drake.analysis.moments import Moment, frame_samples, moments
-from lola_drake.analysis.signs import LEAST_FORCE, METRES_PER_NEWTON
-from lola_drake.analysis.stage import Puppet
 from lola_drake.atomic_file import PictureError, whole_file
 from lola_drake.figures.style import FOOT_COLOURS
 from lola_drake.results import Result
 from lola_drake.signals import FEET
+from lola_drake.view3d.frames import Moment, frame_samples, moments
+from lola_drake.view3d.markers import LEAST_FORCE, METRES_PER_NEWTON
+from lola_drake.view3d.scene import Puppet
 
 FRAMES_PER_SECOND = 25
 WIDTH, HEIGHT, VIEW = 864, 480, np.deg2rad(36.0)

@@ -8,10 +8,10 @@ from matplotlib.colors import to_rgba
 from pydrake.geometry import Box, Cylinder, Meshcat, MeshcatCone, Rgba, Sphere
 from pydrake.math import RigidTransform, RollPitchYaw, RotationMatrix
 
-from lola_drake.analysis.moments import Moment
 from lola_drake.figures.footprints import sole_corners
 from lola_drake.figures.style import FIRST, FOOT_COLOURS, FOOT_NAMES, SECOND, THIRD
 from lola_drake.signals import FEET
+from lola_drake.view3d.frames import Moment
 
 ROOT = "/world/signs"
 METRES_PER_NEWTON = 1e-3

@@ -6,7 +6,7 @@ import numpy as np
 from pydrake.geometry import Meshcat
 from pydrake.systems.framework import Context, Diagram
 
-from lola_drake.analysis.gains import gains_of, get_gain, set_gain
+from lola_drake.view3d.gains import gains_of, get_gain, set_gain
 
 RATE = "rate (0: max)"
 PAUSE, STOP, STAND = "pause, go on [P]", "stop [Esc]", "stand still [X]"
