@@ -18,7 +18,7 @@ _HOME = {
     "Scenario": "scenario",
     "ScenarioError": "scenario",
     "simulate": "simulation",
-    "write_report": "analysis.pictures",
+    "write_report": "reports.run_report",
 }
 
 __all__ = list(_HOME)

@@ -29,7 +29,7 @@ def lola(make_result, monkeypatch, tmp_path):
     module = types.SimpleNamespace(simulate=simulate)
     monkeypatch.setitem(sys.modules, "lola_drake.simulation", module)
     pictures = types.SimpleNamespace(write_pictures=lambda result, folder: drawn.append(folder))
-    monkeypatch.setitem(sys.modules, "lola_drake.analysis.pictures", pictures)
+    monkeypatch.setitem(sys.modules, "lola_drake.reports.run_report", pictures)
 
     def run(*arguments):
         return CliRunner().invoke(app, arguments)

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 from mcap.reader import make_reader
 
-from lola_drake.analysis.mcap_export import export_mcap, message_schema, message_template
 from lola_drake.atomic_file import PictureError
 from lola_drake.logged import LOGGED
+from lola_drake.mcap_export import export_mcap, message_schema, message_template
 
 
 @pytest.fixture(scope="module")

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from lola_drake.analysis.pictures import write_pictures, write_report
 from lola_drake.atomic_file import PictureError
 from lola_drake.figures.run_figures import FIGURES
+from lola_drake.reports.run_report import write_pictures, write_report
 from lola_drake.scenario import Scenario, override
 from lola_drake.signals import GROUND_FORCE
 from lola_drake.view3d.frames import frame_samples, moments

@@ -28,7 +28,7 @@ def live_view(scenario: "Scenario", host: str) -> "LiveView":
 def write_views(result: "Result", folder: Path, *, pictures: bool, video: bool) -> None:
     """Write what a run's user wants to see into its folder."""
     if pictures:
-        from lola_drake.analysis.pictures import write_pictures
+        from lola_drake.reports.run_report import write_pictures
 
         write_pictures(result, folder)
     if video:
@@ -83,7 +83,7 @@ def report(
     ] = None,
 ) -> None:
     """Write one page about some runs, side by side: metrics, replays, figures, settings."""
-    from lola_drake.analysis.pictures import write_report
+    from lola_drake.reports.run_report import write_report
     from lola_drake.results import load_result
     from lola_drake.view3d.video import save_video
 
@@ -123,7 +123,7 @@ def export(
     ] = None,
 ) -> None:
     """Write the signals of a run in the format of another tool."""
-    from lola_drake.analysis.mcap_export import export_mcap
+    from lola_drake.mcap_export import export_mcap
     from lola_drake.results import load_result
 
     if not mcap:

@@ -3,9 +3,9 @@
 from collections.abc import Sequence
 from pathlib import Path
 
-from lola_drake.analysis.report import RunPictures, report_page
 from lola_drake.atomic_file import whole_file
 from lola_drake.figures.run_figures import draw_figures, figure_bytes
+from lola_drake.reports.report_page import RunPictures, report_page
 from lola_drake.results import Result
 from lola_drake.view3d.replay import loading_page, packed_replay
 
