@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from lola_drake.analysis import tuning
 from lola_drake.cli.app import app
 from lola_drake.results import load_result
+from lola_drake.studies import tuning
 
 
 @pytest.fixture

@@ -7,10 +7,10 @@ import types
 import numpy as np
 import pytest
 
-from lola_drake.analysis.reproduction import EXPERIMENTS, Outcome, reproduction, run_experiments
-from lola_drake.analysis.study import Study
-from lola_drake.analysis.variants import COMPARED, change_percent, comparison, run_variants
 from lola_drake.scenario import Scenario, ScenarioError, differences, override
+from lola_drake.studies.reproduction import EXPERIMENTS, Outcome, reproduction, run_experiments
+from lola_drake.studies.study import Study
+from lola_drake.studies.variants import COMPARED, change_percent, comparison, run_variants
 
 
 def summary(**changes):

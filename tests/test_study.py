@@ -6,10 +6,10 @@ import types
 
 import pytest
 
-from lola_drake.analysis import study as study_module
-from lola_drake.analysis.study import Study, run_key
 from lola_drake.results import ResultError
 from lola_drake.scenario import Scenario
+from lola_drake.studies import study as study_module
+from lola_drake.studies.study import Study, run_key
 
 
 @pytest.fixture

@@ -5,10 +5,10 @@ import math
 
 import pytest
 
-from lola_drake.analysis import tuning
-from lola_drake.analysis.reproduction import EXPERIMENTS
-from lola_drake.analysis.tuning import GAINS, Score, best, coordinate_search, score
 from lola_drake.scenario import Scenario, override
+from lola_drake.studies import tuning
+from lola_drake.studies.reproduction import EXPERIMENTS
+from lola_drake.studies.tuning import GAINS, Score, best, coordinate_search, score
 
 
 def valley(values):

@@ -5,8 +5,8 @@ import dataclasses
 import numpy as np
 import pytest
 
-from lola_drake.analysis.worlds import sample_world
 from lola_drake.scenario import Obstacle, differences, load_scenario, override
+from lola_drake.studies.sampled_worlds import sample_world
 
 SEEDS = range(200)
 

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 
 from rich.table import Table
 
-from lola_drake.analysis.tables import number
+from lola_drake.studies.tables import number
 
 
 def bench_table(content: Mapping) -> Table:

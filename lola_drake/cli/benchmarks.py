@@ -29,7 +29,7 @@ def bench(
     """Measure how long a tick takes: closed loop, bare plant and every block, in turns."""
     from lola_drake.analysis.bench import bench as measure
     from lola_drake.analysis.bench_tables import bench_table, mujoco_tables, scaling_table
-    from lola_drake.analysis.study import write_json
+    from lola_drake.studies.study import write_json
 
     more = {}
     with errors_in_one_line():

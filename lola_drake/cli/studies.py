@@ -20,7 +20,7 @@ from lola_drake.cli.common import (
 )
 
 if TYPE_CHECKING:
-    from lola_drake.analysis.study import Study
+    from lola_drake.studies.study import Study
 
 app = typer.Typer()
 
@@ -43,15 +43,15 @@ def compare(
     as_json: Json = False,
 ) -> None:
     """Run a scenario in several variants; write a table and a figure of them side by side."""
-    from lola_drake.analysis.tables import comparison_table
-    from lola_drake.analysis.variants import (
+    from lola_drake.results import check_folder
+    from lola_drake.scenario import load_scenario
+    from lola_drake.studies.tables import comparison_table
+    from lola_drake.studies.variants import (
         COMPARISON_FILES,
         comparison,
         run_variants,
         write_comparison,
     )
-    from lola_drake.results import check_folder
-    from lola_drake.scenario import load_scenario
 
     with errors_in_one_line():
         chosen = load_scenario(scenario, changes or [])
@@ -80,11 +80,11 @@ def reproduce(
 
     A study that was stopped goes on where it was when it is started again.
     """
-    from lola_drake.analysis.reproduction import EXPERIMENTS, reproduction, run_experiments
-    from lola_drake.analysis.reproduction_figure import reproduction_figure
-    from lola_drake.analysis.study import Study, write_json
-    from lola_drake.analysis.tables import reproduction_table
     from lola_drake.figures.run_figures import save_figure
+    from lola_drake.studies.reproduction import EXPERIMENTS, reproduction, run_experiments
+    from lola_drake.studies.reproduction_figure import reproduction_figure
+    from lola_drake.studies.study import Study, write_json
+    from lola_drake.studies.tables import reproduction_table
 
     folder = output or Path("runs") / "reproduction"
     total = 2 * len(EXPERIMENTS) * max(samples, 1)
@@ -114,10 +114,10 @@ def tune(
 
     A search that was stopped goes on where it was when it is started again.
     """
-    from lola_drake.analysis.study import Study, write_json
-    from lola_drake.analysis.tables import tuning_table
-    from lola_drake.analysis.tuning import record
-    from lola_drake.analysis.tuning import tune as search
+    from lola_drake.studies.study import Study, write_json
+    from lola_drake.studies.tables import tuning_table
+    from lola_drake.studies.tuning import record
+    from lola_drake.studies.tuning import tune as search
 
     folder = output or Path("runs") / "tuning"
     with errors_in_one_line():

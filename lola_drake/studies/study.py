@@ -16,6 +16,18 @@ from lola_drake.scenario import Scenario, differences, dump_scenario
 
 Summary = dict[str, object]
 
+ABOVE_THE_SIMULATION = (
+    "benchmarks",
+    "cli",
+    "diagram",
+    "figures",
+    "linear",
+    "reports",
+    "studies",
+    "view3d",
+)
+"""Folders of the package that no run's numbers depend on."""
+
 
 class Study:
     """The summaries of runs, in a file with one line for each.
@@ -98,14 +110,13 @@ def run_key(scenario: Scenario) -> str:
 def software_digest() -> str:
     """Return a digest of everything but the scenario that a run's numbers depend on.
 
-    It covers the package without its analysis and its command line, the robot, and the versions
-    of what they use.
+    It covers the package up to the simulation, the robot, and the versions of what they use.
     """
     package, robot = Path(__file__).resolve().parents[1], models_dir() / "lola"
     sources = [
         path
         for path in package.rglob("*.py")
-        if "analysis" not in path.parts and "cli" not in path.parts
+        if path.relative_to(package).parts[0] not in ABOVE_THE_SIMULATION
     ]
     digest = hashlib.sha256(json.dumps(software_versions(), sort_keys=True).encode())
     for path in sorted([*sources, *robot.glob("*.urdf")]):

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 
 from rich.table import Table
 
-from lola_drake.analysis.variants import COMPARED
+from lola_drake.studies.variants import COMPARED
 
 SHOWN = (
     ("max_inclination_deg", "x", "max |φ_x|"),

@@ -14,11 +14,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from lola_drake import typed_yaml
-from lola_drake.analysis.study import Study
-from lola_drake.analysis.variants import Summary
-from lola_drake.analysis.worlds import sample_world
 from lola_drake.results import software_versions
 from lola_drake.scenario import Scenario, load_scenario
+from lola_drake.studies.sampled_worlds import sample_world
+from lola_drake.studies.study import Study
+from lola_drake.studies.variants import Summary
 
 SCENARIOS = ("step_down", "board_9cm")
 """What the gains are chosen in: where `ref` can fall."""

@@ -10,11 +10,11 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from lola_drake.analysis.study import Study
-from lola_drake.analysis.variants import COMPARED, Summary, change_percent
-from lola_drake.analysis.worlds import sample_world
 from lola_drake.results import software_versions
 from lola_drake.scenario import Scenario, load_scenario, override
+from lola_drake.studies.sampled_worlds import sample_world
+from lola_drake.studies.study import Study
+from lola_drake.studies.variants import COMPARED, Summary, change_percent
 
 
 @dataclass(frozen=True)

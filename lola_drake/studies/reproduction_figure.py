@@ -7,8 +7,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from lola_drake.analysis.reproduction import Outcome, median, quartiles
 from lola_drake.figures.style import FAINT, INK, LEFT, RIGHT, look
+from lola_drake.studies.reproduction import Outcome, median, quartiles
 
 WIDTH, ROW = 7.0, 1.75
 """Inches: the width of both columns of a paper, and the height of an experiment."""
