@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from lola_drake.analysis import bench as module
-from lola_drake.analysis.bench import bench, steady_walk
-from lola_drake.analysis.bench_tables import bench_table
+from lola_drake.benchmarks import bench as module
+from lola_drake.benchmarks.bench import bench, steady_walk
+from lola_drake.benchmarks.bench_tables import bench_table
 from lola_drake.signals import on_tick
 
 BLOCKS = {

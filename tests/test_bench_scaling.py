@@ -2,9 +2,9 @@
 
 import pytest
 
-from lola_drake.analysis import bench_scaling as module
-from lola_drake.analysis.bench_scaling import bench_scaling
-from lola_drake.analysis.bench_tables import scaling_table
+from lola_drake.benchmarks import bench_scaling as module
+from lola_drake.benchmarks.bench_scaling import bench_scaling
+from lola_drake.benchmarks.bench_tables import scaling_table
 from lola_drake.scenario import load_scenario
 
 

@@ -173,7 +173,7 @@ def lola_bench(monkeypatch, tmp_path):
             measured.append((name, repeats))
             return dict(result)
 
-        monkeypatch.setattr(f"lola_drake.analysis.{name}.{name}", measure)
+        monkeypatch.setattr(f"lola_drake.benchmarks.{name}.{name}", measure)
 
     def run(*arguments):
         return CliRunner().invoke(app, ["bench", *arguments])
@@ -202,7 +202,7 @@ def test_bench_shows_how_long_runs_scale(lola_bench):
 def test_bench_says_which_package_is_missing_before_it_measures(lola_bench, monkeypatch):
     monkeypatch.setitem(sys.modules, "mujoco", None)
     for name in ("bench_mujoco", "mujoco_twin"):
-        monkeypatch.delitem(sys.modules, f"lola_drake.analysis.{name}", raising=False)
+        monkeypatch.delitem(sys.modules, f"lola_drake.benchmarks.{name}", raising=False)
     done = lola_bench("--vs-mujoco")
     assert done.exit_code == 2 and not lola_bench.measured
     assert done.stderr == "lola: MuJoCo needs a package: pip install 'lola_drake[bench]'\n"

@@ -9,8 +9,8 @@ from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import MultibodyForces
 from pydrake.systems.analysis import Simulator
 
-from lola_drake.analysis.bare_plant import Motion, bare_plant, record_motion
-from lola_drake.analysis.bench_tables import mujoco_tables
+from lola_drake.benchmarks.bare_plant import Motion, bare_plant, record_motion
+from lola_drake.benchmarks.bench_tables import mujoco_tables
 from lola_drake.blocks.joint_servos import set_servo_gains
 from lola_drake.linear.errors import AnalysisError
 from lola_drake.robot import add_lola, posture
@@ -19,9 +19,9 @@ from lola_drake.signals import JOINTS, PERIOD
 
 mujoco = pytest.importorskip("mujoco")
 
-from lola_drake.analysis import bench_mujoco  # noqa: E402
-from lola_drake.analysis.bench_mujoco import GROUPS, torque_comparison  # noqa: E402
-from lola_drake.analysis.mujoco_twin import (  # noqa: E402
+from lola_drake.benchmarks import bench_mujoco  # noqa: E402
+from lola_drake.benchmarks.bench_mujoco import GROUPS, torque_comparison  # noqa: E402
+from lola_drake.benchmarks.mujoco_twin import (  # noqa: E402
     Twin,
     inverse_dynamics,
     mujoco_twin,
@@ -228,6 +228,6 @@ def test_tables_show_every_engine_and_joint_group(content):
 
 def test_a_missing_package_is_said_in_one_line(monkeypatch):
     monkeypatch.setitem(sys.modules, "mujoco", None)
-    monkeypatch.delitem(sys.modules, "lola_drake.analysis.mujoco_twin")
+    monkeypatch.delitem(sys.modules, "lola_drake.benchmarks.mujoco_twin")
     with pytest.raises(AnalysisError, match=r"pip install 'lola_drake\[bench\]'"):
-        importlib.import_module("lola_drake.analysis.mujoco_twin")
+        importlib.import_module("lola_drake.benchmarks.mujoco_twin")

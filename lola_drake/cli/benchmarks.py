@@ -27,18 +27,18 @@ def bench(
     as_json: Json = False,
 ) -> None:
     """Measure how long a tick takes: closed loop, bare plant and every block, in turns."""
-    from lola_drake.analysis.bench import bench as measure
-    from lola_drake.analysis.bench_tables import bench_table, mujoco_tables, scaling_table
+    from lola_drake.benchmarks.bench import bench as measure
+    from lola_drake.benchmarks.bench_tables import bench_table, mujoco_tables, scaling_table
     from lola_drake.studies.study import write_json
 
     more = {}
     with errors_in_one_line():
         if vs_mujoco:
-            from lola_drake.analysis.bench_mujoco import bench_mujoco
+            from lola_drake.benchmarks.bench_mujoco import bench_mujoco
 
             more["mujoco"] = bench_mujoco
         if scaling:
-            from lola_drake.analysis.bench_scaling import bench_scaling
+            from lola_drake.benchmarks.bench_scaling import bench_scaling
 
             more["scaling"] = bench_scaling
         with progress_bar("strides", repeats, COUNT) as advance:

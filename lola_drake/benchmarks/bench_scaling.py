@@ -13,7 +13,7 @@ from multiprocessing.connection import Connection
 import numpy as np
 from pydrake.systems.analysis import Simulator
 
-from lola_drake.analysis.bench import TURN, peak_memory_mb, spread, steady_walk, time_to_advance
+from lola_drake.benchmarks.bench import TURN, peak_memory_mb, spread, steady_walk, time_to_advance
 from lola_drake.scenario import Scenario
 from lola_drake.signals import on_tick
 from lola_drake.simulation import build_simulation

@@ -13,7 +13,7 @@ from copy import copy
 
 import numpy as np
 
-from lola_drake.analysis.bare_plant import SOLES, Motion
+from lola_drake.benchmarks.bare_plant import SOLES, Motion
 from lola_drake.blocks.joint_servos import JointServosParams
 from lola_drake.linear.errors import AnalysisError
 from lola_drake.paths import models_dir

@@ -12,9 +12,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 from pydrake.systems.analysis import Simulator
 
-from lola_drake.analysis.bare_plant import Motion, bare_plant, record_commands, record_motion
-from lola_drake.analysis.bench import TURN, spread, steady_walk, time_to_advance
-from lola_drake.analysis.mujoco_twin import Twin, inverse_dynamics, mujoco_twin
+from lola_drake.benchmarks.bare_plant import Motion, bare_plant, record_commands, record_motion
+from lola_drake.benchmarks.bench import TURN, spread, steady_walk, time_to_advance
+from lola_drake.benchmarks.mujoco_twin import Twin, inverse_dynamics, mujoco_twin
 from lola_drake.plant import plant_truth
 from lola_drake.scenario import Scenario
 from lola_drake.signals import FEET, JOINTS, PERIOD

@@ -20,7 +20,7 @@ import numpy as np
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import Context, Diagram, LeafSystem
 
-from lola_drake.analysis.bare_plant import bare_plant, record_commands
+from lola_drake.benchmarks.bare_plant import bare_plant, record_commands
 from lola_drake.results import software_versions
 from lola_drake.scenario import Scenario, load_scenario
 from lola_drake.signals import PERIOD, on_tick
