@@ -6,7 +6,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 
-class PictureError(ValueError):
+class OutputError(ValueError):
     """A picture, page or export that cannot be made; the message is one line that says why."""
 
 
@@ -17,7 +17,7 @@ def whole_file(path: str | Path) -> Iterator[Path]:
     A missing folder is made. The ending stays the same, for those who look at it.
 
     Raises:
-        PictureError: If the file cannot be written; what was there before is then still there.
+        OutputError: If the file cannot be written; what was there before is then still there.
     """
     path = Path(path)
     partial = path.with_name(f".{uuid.uuid4().hex}-{path.name}")
@@ -26,7 +26,7 @@ def whole_file(path: str | Path) -> Iterator[Path]:
         yield partial
         partial.replace(path)
     except OSError as error:
-        raise PictureError(f"{path}: cannot be written, {error.strerror or error}") from None
+        raise OutputError(f"{path}: cannot be written, {error.strerror or error}") from None
     finally:
         try:
             partial.unlink(missing_ok=True)

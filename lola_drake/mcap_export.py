@@ -13,7 +13,7 @@ import numpy as np
 from pydrake.math import RollPitchYaw
 from pydrake.multibody.plant import MultibodyPlant
 
-from lola_drake.atomic_file import PictureError, whole_file
+from lola_drake.atomic_file import OutputError, whole_file
 from lola_drake.logged import LOGGED
 from lola_drake.results import Result
 from lola_drake.robot import add_lola
@@ -38,12 +38,12 @@ def export_mcap(result: Result, path: str | Path, *, rate: float = 1000.0) -> Pa
         rate: Messages per second and signal (Hz); the record has 1000.
 
     Raises:
-        PictureError: If the package mcap is missing, or the file cannot be written.
+        OutputError: If the package mcap is missing, or the file cannot be written.
     """
     try:
         from mcap.writer import CompressionType, Writer
     except ImportError:
-        raise PictureError("MCAP needs a package: pip install 'lola_drake[mcap]'") from None
+        raise OutputError("MCAP needs a package: pip install 'lola_drake[mcap]'") from None
     with whole_file(path) as file, file.open("wb") as stream:
         writer = Writer(stream, compression=CompressionType.ZSTD)
         writer.start(library="lola_drake")

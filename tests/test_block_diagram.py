@@ -9,7 +9,7 @@ import pytest
 from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.primitives import Gain, ZeroOrderHold
 
-from lola_drake.atomic_file import PictureError
+from lola_drake.atomic_file import OutputError
 from lola_drake.diagram.block_diagram import COMMAND, save_diagram, write_all
 from lola_drake.diagram.drawing import PAGE
 from lola_drake.diagram.graph import read_block
@@ -158,12 +158,12 @@ def test_other_formats(simulation, tmp_path):
 
 
 def test_what_cannot_be_drawn_is_said_in_one_line(simulation, tmp_path):
-    with pytest.raises(PictureError, match="did you mean controller"):
+    with pytest.raises(OutputError, match="did you mean controller"):
         save_diagram(simulation, tmp_path / "a.svg", system="contrller")
-    with pytest.raises(PictureError, match="must end in .svg"):
+    with pytest.raises(OutputError, match="must end in .svg"):
         save_diagram(simulation, tmp_path / "a.jpg")
     (tmp_path / "file").write_text("")
-    with pytest.raises(PictureError, match="cannot be written"):
+    with pytest.raises(OutputError, match="cannot be written"):
         save_diagram(simulation, tmp_path / "file" / "a.svg")
     assert [path.name for path in tmp_path.iterdir()] == ["file"]
 

@@ -18,9 +18,9 @@ from lola_drake.linear.studies.analyses import (
     root_locus,
     step_response,
 )
-from lola_drake.linear.studies.named_analyses import RECIPES, recipe
+from lola_drake.linear.studies.named_analyses import NAMED_ANALYSES, named_analysis
 from lola_drake.linear.studies.tables import contact_responses
-from lola_drake.linear.studies.workpoint import make_bench
+from lola_drake.linear.studies.workpoint import make_workpoint
 from lola_drake.robot import PADS
 from lola_drake.theory.contact_model import contact_matrix
 
@@ -35,9 +35,9 @@ def stabilizer(scenario):
     return analyse("stabilizer", scenario, locus=False)
 
 
-@pytest.mark.parametrize("name", RECIPES)
-def test_every_recipe_is_complete(name):
-    how = recipe(name)
+@pytest.mark.parametrize("name", NAMED_ANALYSES)
+def test_every_named_analysis_is_complete(name):
+    how = named_analysis(name)
     assert len(how.steps) == len(how.inputs)
     assert len(how.units) == len(how.inputs)
     assert len(how.outputs) >= len(how.inputs)
@@ -76,23 +76,27 @@ def test_an_analysis_has_a_picture(stabilizer):
 @pytest.mark.parametrize("name", ["stabilizer", "full"])
 def test_a_step_moves_the_output_of_the_same_number(scenario, standing, name):
     """10 N or 10 Nm incline the torso by more than 1 mrad within half a second."""
-    how = RECIPES[name]
-    bench = make_bench(scenario, "stand", how.inputs, how.outputs, standing)
+    how = NAMED_ANALYSES[name]
+    workpoint = make_workpoint(scenario, "stand", how.inputs, how.outputs, standing)
     for k, height in enumerate(how.steps):
-        _, outputs = step_response(part(bench, how), k, height)
+        _, outputs = step_response(part(workpoint, how), k, height)
         assert 1e-3 < np.abs(outputs[:, k]).max() < 0.1
 
 
 def test_a_root_locus_turns_one_parameter(scenario, standing):
-    how = RECIPES["stabilizer"]
-    bench = make_bench(scenario, "stand", (*how.inputs, *how.outputs), how.outputs, standing)
-    locus = root_locus(bench, how)
+    how = NAMED_ANALYSES["stabilizer"]
+    workpoint = make_workpoint(
+        scenario, "stand", (*how.inputs, *how.outputs), how.outputs, standing
+    )
+    locus = root_locus(workpoint, how)
     assert locus.nominal in locus.values
     fastest = [np.abs(z).max() for z in locus.poles]
     assert fastest[0] < 1 + 1e-6 < fastest[-1], "too much damping makes it unstable"
     nominal = locus.poles[locus.values.index(locus.nominal)]
     np.testing.assert_allclose(
-        np.sort(np.abs(nominal)), np.sort(np.abs(np.linalg.eigvals(part(bench, how).A))), atol=1e-6
+        np.sort(np.abs(nominal)),
+        np.sort(np.abs(np.linalg.eigvals(part(workpoint, how).A))),
+        atol=1e-6,
     )
 
 
@@ -111,9 +115,9 @@ def test_the_contact_in_the_plant_is_the_one_of_the_model(ground, frequency):
     scenario = lola.load_scenario(
         "stand", {"pattern.zmp_forward": 0, "pattern.zmp_inward": 0} | ground
     )
-    names = (*RECIPES["contact"].opened, "contact_wrench_l")
-    bench = make_bench(scenario, "left", names, names)
-    stiffness, _ = contact_responses(bench, (frequency,))
+    names = (*NAMED_ANALYSES["contact"].opened, "contact_wrench_l")
+    workpoint = make_workpoint(scenario, "left", names, names)
+    stiffness, _ = contact_responses(workpoint, (frequency,))
     area = sum(pad.area for pad in PADS)
     U = contact_matrix(PADS, scenario.ground.stiffness / area)
     np.testing.assert_allclose(np.diag(stiffness[0]).real, np.diag(U), rtol=0.03)
@@ -122,7 +126,7 @@ def test_the_contact_in_the_plant_is_the_one_of_the_model(ground, frequency):
 def test_the_com_dynamics_are_a_loop_in_single_support_only(scenario, standing, on_left):
     signals = ("com_dynamics_rate_l",)
     double, single = (
-        open_at(make_bench(scenario, point.description, signals, signals, point), signals[0])
+        open_at(make_workpoint(scenario, point.description, signals, signals, point), signals[0])
         for point in (standing, on_left)
     )
     assert double.transfer.nstates == 0
@@ -131,7 +135,7 @@ def test_the_com_dynamics_are_a_loop_in_single_support_only(scenario, standing, 
 
 def test_an_analysis_that_does_not_exist_is_one_clear_error():
     with pytest.raises(AnalysisError, match="no analysis 'force', did you mean force_loop?"):
-        recipe("force")
+        named_analysis("force")
 
 
 def test_the_command_writes_a_picture_and_prints_numbers(tmp_path):

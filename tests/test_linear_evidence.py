@@ -8,15 +8,15 @@ from lola_drake.linear.frequency import frequency_response
 from lola_drake.linear.studies.analyses import step_response
 from lola_drake.linear.studies.measured_response import deviation, measured_response
 from lola_drake.linear.studies.stability_border import predicted_border, swings_up
-from lola_drake.linear.studies.workpoint import make_bench
-from lola_drake.linear.tick_loop import Ticks
+from lola_drake.linear.studies.workpoint import make_workpoint
+from lola_drake.linear.tick_loop import TickLoop
 
 
 def test_a_step_of_the_desired_force_is_the_same_in_both_within_2_percent(standing):
     """5 N on the left foot: every millisecond of the first 100."""
     signal, output = "desired_wrench.wrench_l.F_z", "contact_wrench_l.wrench.F_z"
     added = np.full((100, 1), 5.0)
-    ticks = Ticks(standing.diagram, standing.context)
+    ticks = TickLoop(standing.diagram, standing.context)
     simulated = ticks.run([output], 100, signal, added)[:, 0]
     model = lola.linearize(standing.diagram, signal, output, standing.context)
     linear = step_response(model, 0, 5.0, duration=0.1)[1][:, 0]
@@ -40,7 +40,7 @@ def test_the_measured_response_is_the_models_within_1_dB_and_5_degrees(standing)
 @pytest.mark.parametrize("at", ["standing", "on_left"])
 def test_the_simulation_meets_the_predicted_border_within_10_percent(at, request):
     point = request.getfixturevalue(at)
-    bench = make_bench(lola.load_scenario("stand"), point.description, point=point)
-    border = predicted_border(bench, accuracy=0.01)
-    assert swings_up(bench.situation, 0.9 * border, duration=0.6)
-    assert not swings_up(bench.situation, 1.1 * border, duration=0.6)
+    workpoint = make_workpoint(lola.load_scenario("stand"), point.description, point=point)
+    border = predicted_border(workpoint, accuracy=0.01)
+    assert swings_up(workpoint.situation, 0.9 * border, duration=0.6)
+    assert not swings_up(workpoint.situation, 1.1 * border, duration=0.6)

@@ -8,8 +8,8 @@ from lola_drake.blocks.walking_pattern import pack_request, standing_request
 from lola_drake.scenario import load_scenario, override
 from lola_drake.simulation import build_simulation, simulate
 from lola_drake.typed_yaml import leaves, plain
-from lola_drake.view3d.controls import PUSHES, STEERING, Panel, gamepad_command
-from lola_drake.view3d.frames import moments_of
+from lola_drake.view3d.controls import PUSHES, STEERING, Controls, gamepad_command
+from lola_drake.view3d.frames import frames_of
 from lola_drake.view3d.gains import GAINS, gains_of, get_gain, set_gain
 from lola_drake.view3d.live import LiveView, next_footsteps, push, signals_now
 from lola_drake.view3d.scene import open_meshcat
@@ -104,7 +104,7 @@ def test_twice_the_time_constant_halves_the_answer_to_a_force_error(diagram, sim
 def test_only_a_slider_that_was_moved_changes_its_gain(diagram, simulator, meshcat):
     context = simulator.get_mutable_context()
     set_gain(diagram, context, find("K_x"), 10.123)  # between two steps of the slider
-    panel = Panel(meshcat, steering=False)
+    panel = Controls(meshcat, steering=False)
     panel.show_gains(diagram, context)
     assert not panel.apply_gains(diagram, context)
     assert get_gain(diagram, context, find("K_x")) == 10.123
@@ -115,10 +115,10 @@ def test_only_a_slider_that_was_moved_changes_its_gain(diagram, simulator, meshc
 
 
 def test_the_panel_steers_only_a_robot_that_follows_it(meshcat):
-    Panel(meshcat, steering=False, pushes=False)
+    Controls(meshcat, steering=False, pushes=False)
     names = set(meshcat.GetSliderNames()) | set(meshcat.GetButtonNames())
     assert names.isdisjoint({part.label for part in STEERING} | set(PUSHES))
-    panel = Panel(meshcat, steering=True)
+    panel = Controls(meshcat, steering=True)
     assert panel.command() == pytest.approx([0.0, 0.0, 0.0])
     meshcat.SetSliderValue(STEERING[0].label, 0.4)
     meshcat.SetSliderValue(STEERING[2].label, -0.2)
@@ -140,7 +140,7 @@ def test_the_view_waits_until_somebody_looks(stand, diagram, simulator, meshcat)
     context = simulator.get_mutable_context()
     assert view(diagram, context) == 0.0
     assert meshcat.HasPath("/world/lola/lola/torso")
-    assert meshcat.HasPath("/world/signs/ground force/left")
+    assert meshcat.HasPath("/world/markers/ground force/left")
     view.stopped = True
     assert view(diagram, context) is None
 
@@ -185,10 +185,10 @@ def test_a_push_moves_the_robot_and_ends(diagram, simulator):
 
 
 def test_the_signs_show_the_present_moment(diagram, simulator, stand):
-    (moment,) = moments_of(signals_now(diagram, simulator.get_context()), stand.ground)
-    assert moment.forces[:, 2].sum() == pytest.approx(60 * 9.81, rel=0.02)
-    assert moment.com[2] == pytest.approx(0.87, abs=0.02)
-    assert moment.zmp[:2] == pytest.approx(moment.com[:2], abs=0.02) and moment.zmp[2] == 0.0
+    (frame,) = frames_of(signals_now(diagram, simulator.get_context()), stand.ground)
+    assert frame.forces[:, 2].sum() == pytest.approx(60 * 9.81, rel=0.02)
+    assert frame.com[2] == pytest.approx(0.87, abs=0.02)
+    assert frame.zmp[:2] == pytest.approx(frame.com[:2], abs=0.02) and frame.zmp[2] == 0.0
 
 
 def test_who_attends_decides_how_far_it_goes(stand):

@@ -6,7 +6,7 @@ import pytest
 import lola_drake as lola
 from lola_drake.linear.errors import AnalysisError
 from lola_drake.linear.studies.operating_points import situation
-from lola_drake.linear.tick_loop import Ticks
+from lola_drake.linear.tick_loop import TickLoop
 from lola_drake.signals import GROUND_FORCE
 
 FORCES = [GROUND_FORCE.slice(f"F_{foot}").start + 2 for foot in "lr"]
@@ -14,7 +14,7 @@ FORCES = [GROUND_FORCE.slice(f"F_{foot}").start + 2 for foot in "lr"]
 
 def forces(situation) -> np.ndarray:
     """Return the ground's vertical force on both feet after a few ticks (N)."""
-    ticks = Ticks(situation.diagram, situation.context)
+    ticks = TickLoop(situation.diagram, situation.context)
     return ticks.run(["ground_force"], 3)[-1, FORCES]
 
 
@@ -28,7 +28,7 @@ def test_standing_is_an_equilibrium(standing):
 
 
 def test_nothing_moves_in_an_equilibrium(standing):
-    record = Ticks(standing.diagram, standing.context).run(
+    record = TickLoop(standing.diagram, standing.context).run(
         ["contact_wrench_l", "torso_orientation"], 50
     )
     assert np.ptp(record, axis=0).max() < 1e-5

@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from lola_drake.atomic_file import PictureError
+from lola_drake.atomic_file import OutputError
 from lola_drake.figures.run_figures import FIGURES
 from lola_drake.reports.run_report import write_pictures, write_report
 from lola_drake.scenario import Scenario, override
 from lola_drake.signals import GROUND_FORCE
-from lola_drake.view3d.frames import frame_samples, moments
+from lola_drake.view3d.frames import frame_samples, frames_at
 from lola_drake.view3d.replay import packed_replay, replay_page
 from lola_drake.view3d.video import camera_pose, save_video
 
@@ -76,9 +76,9 @@ def test_frames_are_evenly_spaced_samples():
 
 def test_moments_carry_the_ground_forces(run):
     run.signals["ground_force"][:, GROUND_FORCE.slice("F_r")] = (1.0, 2.0, 300.0)
-    (moment,) = moments(run, np.array([100]))
-    assert moment.forces[1] == pytest.approx([1.0, 2.0, 300.0])
-    assert moment.torso == pytest.approx(run.signals["torso_pose"][100])
+    (frame,) = frames_at(run, np.array([100]))
+    assert frame.forces[1] == pytest.approx([1.0, 2.0, 300.0])
+    assert frame.torso == pytest.approx(run.signals["torso_pose"][100])
 
 
 def test_the_report_of_one_run_tells_what_was_run(folder, run):
@@ -108,7 +108,7 @@ def test_a_page_that_cannot_be_written_leaves_nothing(run, tmp_path, monkeypatch
 
     monkeypatch.setattr("pathlib.Path.write_text", full)
     monkeypatch.setattr("pathlib.Path.write_bytes", full)
-    with pytest.raises(PictureError, match=r"cannot be written, No space left on device$"):
+    with pytest.raises(OutputError, match=r"cannot be written, No space left on device$"):
         write_pictures(run, tmp_path)
     assert not [path for path in tmp_path.rglob("*") if path.is_file()]
 
@@ -133,9 +133,9 @@ def test_the_camera_looks_at_the_robot_and_stands_upright():
 
 
 def test_films_are_webp_or_with_ffmpeg_mp4(run, tmp_path, monkeypatch):
-    with pytest.raises(PictureError, match="must end in .webp or .mp4"):
+    with pytest.raises(OutputError, match="must end in .webp or .mp4"):
         save_video(run, tmp_path / "film.avi")
     monkeypatch.setitem(sys.modules, "imageio_ffmpeg", None)
-    with pytest.raises(PictureError, match="pip install"):
+    with pytest.raises(OutputError, match="pip install"):
         save_video(run, tmp_path / "film.mp4")
     assert not list(tmp_path.iterdir())

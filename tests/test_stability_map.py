@@ -1,4 +1,4 @@
-"""Stability over parameters, the flexible torso, and what a bench recomputes."""
+"""Stability over parameters, the flexible torso, and what a workpoint recomputes."""
 
 import numpy as np
 import pytest
@@ -27,14 +27,14 @@ from lola_drake.linear.studies.stability_map import (
     largest_share,
     stability_map,
 )
-from lola_drake.linear.studies.workpoint import make_bench
+from lola_drake.linear.studies.workpoint import make_workpoint
 
 SIGNALS = ("torso_orientation", "measured_wrench")
 
 
 @pytest.fixture(scope="module")
-def bench(standing):
-    return make_bench(lola.load_scenario("stand"), "stand", SIGNALS, SIGNALS, standing)
+def workpoint(standing):
+    return make_workpoint(lola.load_scenario("stand"), "stand", SIGNALS, SIGNALS, standing)
 
 
 @pytest.mark.parametrize(
@@ -44,33 +44,34 @@ def bench(standing):
         {"sensors.imu.delay_ticks": 6, "control.servos.delay_ticks": 4},
     ],
 )
-def test_turning_a_parameter_is_the_same_as_building_with_it(bench, changes):
+def test_turning_a_parameter_is_the_same_as_building_with_it(workpoint, changes):
     """Only the blocks the parameter belongs to are linearised again, at the same point."""
-    varied = bench.varied(changes)
-    anew = make_bench(lola.load_scenario("stand", changes), "stand", SIGNALS, SIGNALS)
+    varied = workpoint.varied(changes)
+    anew = make_workpoint(lola.load_scenario("stand", changes), "stand", SIGNALS, SIGNALS)
     z = [np.sort(np.abs(np.linalg.eigvals(with_torso(b, None).A))) for b in (varied, anew)]
     np.testing.assert_allclose(z[0][-60:], z[1][-60:], atol=2e-4)
 
 
-def test_a_parameter_that_moves_the_equilibrium_finds_it_again(bench):
-    soft = bench.varied({"ground.stiffness": 1.5e5})
-    assert soft.situation is not bench.situation
+def test_a_parameter_that_moves_the_equilibrium_finds_it_again(workpoint):
+    soft = workpoint.varied({"ground.stiffness": 1.5e5})
+    assert soft.situation is not workpoint.situation
     assert soft.situation.residual < 1e-6
 
 
-def test_a_stiff_torso_is_a_rigid_one(bench):
+def test_a_stiff_torso_is_a_rigid_one(workpoint):
     rigid, stiff = (
-        spectral_radius(with_torso(bench, torso).A) for torso in (None, FlexibleTorso(300.0, 0.7))
+        spectral_radius(with_torso(workpoint, torso).A)
+        for torso in (None, FlexibleTorso(300.0, 0.7))
     )
     assert stiff == pytest.approx(rigid, abs=1e-6)
-    unseen = spectral_radius(with_torso(bench, FlexibleTorso(12.0, 0.05, share=0.0)).A)
+    unseen = spectral_radius(with_torso(workpoint, FlexibleTorso(12.0, 0.05, share=0.0)).A)
     assert unseen == pytest.approx(rigid, abs=1e-9)
 
 
-def test_a_torso_that_swings_can_make_standing_unstable(bench):
+def test_a_torso_that_swings_can_make_standing_unstable(workpoint):
     """As on the robot (V.B): the mode reaches the IMU and the loop closes around it."""
-    assert growth_rate(bench) < 0
-    assert growth_rate(bench, FlexibleTorso(12.0, 0.05)) > 0
+    assert growth_rate(workpoint) < 0
+    assert growth_rate(workpoint, FlexibleTorso(12.0, 0.05)) > 0
 
 
 def test_a_map_says_where_it_is_stable():
@@ -90,30 +91,30 @@ def test_a_map_says_where_it_is_stable():
     assert result.settings["simulation"].growth < 0
 
 
-def test_the_maps_border_is_where_bisection_finds_it(bench):
+def test_the_maps_border_is_where_bisection_finds_it(workpoint):
     """Slow and fast motions are interpolated apart: the one hides where the other tips over."""
     deltas = np.array([delta for delta in MAPS["gains"].x.values if 0.006 < delta < 0.016])
-    rates = np.array([growth_rates(bench.varied({DELTA: delta})) for delta in deltas])
+    rates = np.array([growth_rates(workpoint.varied({DELTA: delta})) for delta in deltas])
     fast = finer(rates[:, 1])
     border = np.interp(0.0, -fast, finer(deltas))
-    assert border == pytest.approx(predicted_border(bench), rel=0.02)
+    assert border == pytest.approx(predicted_border(workpoint), rel=0.02)
     assert (rates[:, 0] < 0).all()
 
 
 @pytest.mark.parametrize("torso", [None, FlexibleTorso(12.0, 0.05, 0.5)])
-def test_the_loop_of_the_margin_closes_to_the_whole(bench, torso):
-    opened = with_torso(bench, torso, bench.select(["measured_wrench"]))
+def test_the_loop_of_the_margin_closes_to_the_whole(workpoint, torso):
+    opened = with_torso(workpoint, torso, workpoint.select(["measured_wrench"]))
     closed = opened.A + opened.B @ np.linalg.inv(np.eye(12) - opened.D) @ opened.C
-    whole = with_torso(bench, torso).A
+    whole = with_torso(workpoint, torso).A
     assert spectral_radius(closed) == pytest.approx(spectral_radius(whole), abs=1e-9)
 
 
-def test_the_largest_share_of_the_mode_is_on_the_border(bench):
+def test_the_largest_share_of_the_mode_is_on_the_border(workpoint):
     torso = FlexibleTorso(12.0, 0.05)
-    share = largest_share(bench, torso)
+    share = largest_share(workpoint, torso)
     assert 0 < share < 1
-    assert growth_rate(bench, FlexibleTorso(12.0, 0.05, share)) < 0
-    assert growth_rate(bench, FlexibleTorso(12.0, 0.05, share + 0.01)) > 0
+    assert growth_rate(workpoint, FlexibleTorso(12.0, 0.05, share)) < 0
+    assert growth_rate(workpoint, FlexibleTorso(12.0, 0.05, share + 0.01)) > 0
 
 
 @pytest.mark.parametrize("name", MAPS)

@@ -29,14 +29,14 @@ Host = Annotated[
 @contextmanager
 def errors_in_one_line() -> Iterator[None]:
     """Exit with code 2 and one line on stderr where a user's input cannot be used."""
-    from lola_drake.atomic_file import PictureError
+    from lola_drake.atomic_file import OutputError
     from lola_drake.linear.errors import AnalysisError
     from lola_drake.results import ResultError
     from lola_drake.scenario import ScenarioError
 
     try:
         yield
-    except (ScenarioError, ResultError, PictureError, AnalysisError) as error:
+    except (ScenarioError, ResultError, OutputError, AnalysisError) as error:
         typer.echo(f"lola: {error}", err=True)
         raise typer.Exit(2) from None
 

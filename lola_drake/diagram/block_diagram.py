@@ -10,7 +10,7 @@ from pathlib import Path
 
 from pydrake.systems.framework import Diagram
 
-from lola_drake.atomic_file import PictureError, whole_file
+from lola_drake.atomic_file import OutputError, whole_file
 from lola_drake.diagram.block import Block
 from lola_drake.diagram.card import draw_card
 from lola_drake.diagram.drawing import Drawing, to_figure, to_svg
@@ -53,7 +53,7 @@ def block_diagram(
             links.
 
     Raises:
-        PictureError: If there is no such system.
+        OutputError: If there is no such system.
     """
     block = _way(read_block(diagram, logging=logging), system)[-1]
     return _draw(block, depth, _linker(folder))
@@ -70,11 +70,11 @@ def save_diagram(diagram: Diagram, path: str | Path, **options) -> Path:
         options: See `block_diagram`.
 
     Raises:
-        PictureError: If the file cannot be written, or there is no such system or format.
+        OutputError: If the file cannot be written, or there is no such system or format.
     """
     path = Path(path)
     if path.suffix not in FORMATS:
-        raise PictureError(f"{path}: the name of the file must end in {', '.join(FORMATS)}")
+        raise OutputError(f"{path}: the name of the file must end in {', '.join(FORMATS)}")
     text = _drake_graph(diagram, **options) if path.suffix == ".dot" else None
     drawing = None if text else block_diagram(diagram, folder=path.parent, **options)
     with whole_file(path) as file:
@@ -151,10 +151,10 @@ def _way(block: Block, name: str | None) -> tuple[Block, ...]:
     if name is None or block.name == name:
         return (block,)
     for child in block.children:
-        with suppress(PictureError):
+        with suppress(OutputError):
             return (block, *_way(child, name))
     known = [inner.name for inner in block.walk()]
-    raise PictureError(f"{name}: no such system{suggestion(name, known)}")
+    raise OutputError(f"{name}: no such system{suggestion(name, known)}")
 
 
 def _drake_graph(diagram: Diagram, *, system: str | None = None, depth: int = 1, **_) -> str:

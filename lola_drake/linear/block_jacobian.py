@@ -16,8 +16,8 @@ from scipy.linalg import block_diag
 
 from lola_drake.linear.errors import AnalysisError, drake_errors
 from lola_drake.linear.isolated import (
-    CutBlocks,
     Instance,
+    IsolatedBlocks,
     discrete_state,
     fix_port,
     join_groups,
@@ -79,7 +79,7 @@ class _Slot:
 
 
 def block_jacobian(
-    cut: CutBlocks,
+    isolated: IsolatedBlocks,
     group: Iterable[str],
     inputs: Iterable[Target],
     outputs: Iterable[Source],
@@ -89,7 +89,7 @@ def block_jacobian(
     """Return the Jacobian of a group of blocks.
 
     Args:
-        cut: the blocks.
+        isolated: the blocks.
         group: paths of those that belong together.
         inputs: which of their inputs to move.
         outputs: which of their outputs to read.
@@ -97,12 +97,12 @@ def block_jacobian(
     """
     group = list(group)
     for path in group:
-        cut.check(path)
+        isolated.check(path)
     group = _Group(
-        {path: cut.instances[path] for path in group},
-        {target: cut.inputs[target] for target in inputs},
+        {path: isolated.instances[path] for path in group},
+        {target: isolated.inputs[target] for target in inputs},
         list(outputs),
-        {target: value for target, value in cut.inputs.items() if target.block in group},
+        {target: value for target, value in isolated.inputs.items() if target.block in group},
     )
     names = ", ".join(path for path in group.blocks)
     with drake_errors(f"{names} cannot be evaluated"):

@@ -10,7 +10,7 @@ from scipy.linalg import block_diag
 from lola_drake.linear.block_jacobian import BlockJacobian, block_jacobian
 from lola_drake.linear.coordinates import Coordinates
 from lola_drake.linear.errors import AnalysisError
-from lola_drake.linear.isolated import CutBlocks
+from lola_drake.linear.isolated import IsolatedBlocks
 from lola_drake.linear.wiring import Selection, Source, Target, Wiring
 
 
@@ -42,13 +42,13 @@ class LinearBlocks:
     """Every moving block's Jacobian.
 
     Attributes:
-        cut: all blocks, at the operating point.
+        isolated: all blocks, at the operating point.
         jacobians: of the groups of blocks that move.
         held: paths of the blocks that are held.
         period: of all blocks (s), None if none has state.
     """
 
-    cut: CutBlocks
+    isolated: IsolatedBlocks
     jacobians: tuple[BlockJacobian, ...]
     held: tuple[str, ...]
     period: float | None
@@ -56,7 +56,7 @@ class LinearBlocks:
     @property
     def wiring(self) -> Wiring:
         """Return all blocks and their connections."""
-        return self.cut.wiring
+        return self.isolated.wiring
 
     @property
     def coordinates(self) -> Coordinates:
@@ -108,12 +108,12 @@ class LinearBlocks:
         """
         names = set(names)
         paths = {path for path in self.wiring.blocks if path.split(".")[-1] in names}
-        cut = self.cut.with_blocks(changed, paths)
+        isolated = self.isolated.with_blocks(changed, paths)
         jacobians = tuple(
-            block_jacobian(cut, j.group, j.inputs, j.outputs) if paths & set(j.group) else j
+            block_jacobian(isolated, j.group, j.inputs, j.outputs) if paths & set(j.group) else j
             for j in self.jacobians
         )
-        return replace(self, cut=cut, jacobians=jacobians)
+        return replace(self, isolated=isolated, jacobians=jacobians)
 
     def interconnect(
         self,

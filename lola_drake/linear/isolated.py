@@ -28,7 +28,7 @@ class Instance:
 
 
 @dataclass(frozen=True)
-class CutBlocks:
+class IsolatedBlocks:
     """Every block of a system with its inputs fixed to what they are in a context.
 
     Attributes:
@@ -43,7 +43,7 @@ class CutBlocks:
     inputs: dict[Target, np.ndarray]
     time: float
 
-    def with_blocks(self, changed: System, paths: Iterable[str]) -> "CutBlocks":
+    def with_blocks(self, changed: System, paths: Iterable[str]) -> "IsolatedBlocks":
         """Return the same, with some blocks as they are in a system with other parameters.
 
         They get the present inputs and states. A delay line that is longer or shorter there is
@@ -83,7 +83,7 @@ class CutBlocks:
         return timing.period_sec() if timing else None
 
 
-def cut_blocks(wiring: Wiring, context: Context, added: Iterable[Source] = ()) -> CutBlocks:
+def isolate(wiring: Wiring, context: Context, added: Iterable[Source] = ()) -> IsolatedBlocks:
     """Return the blocks cut apart in a copy of a context.
 
     The copy's time is the context's, so that noise and plans are what they are in that tick.
@@ -113,7 +113,7 @@ def cut_blocks(wiring: Wiring, context: Context, added: Iterable[Source] = ()) -
         port = blocks[target.block].get_input_port(target.index)
         fix_port(port, copies[target.block], value)
     instances = {path: Instance(block, copies[path], root) for path, block in blocks.items()}
-    return CutBlocks(wiring, instances, inputs, context.get_time())
+    return IsolatedBlocks(wiring, instances, inputs, context.get_time())
 
 
 def own_context(block: System, root: Context) -> Context:

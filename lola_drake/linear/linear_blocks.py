@@ -7,7 +7,7 @@ from pydrake.systems.framework import Context, System
 from lola_drake.linear.block_jacobian import block_jacobian
 from lola_drake.linear.errors import AnalysisError
 from lola_drake.linear.interconnection import LinearBlocks
-from lola_drake.linear.isolated import CutBlocks, cut_blocks
+from lola_drake.linear.isolated import IsolatedBlocks, isolate
 from lola_drake.linear.wiring import Selection, Source, Wiring
 
 FROZEN, SWITCHING = ("WalkingPattern",), ("ContactSwitches",)
@@ -40,26 +40,26 @@ def linear_blocks(
     wiring = Wiring(system)
     added = {selection.source for selection in inputs}
     read = {selection.source for selection in outputs}
-    cut = cut_blocks(wiring, context, added)
+    isolated = isolate(wiring, context, added)
     held = {
         path
         for path, block in wiring.blocks.items()
         if path in hold or _is_held(block, any(source.block == path for source in read))
     }
-    moving = _moving(cut, held, read)
+    moving = _moving(isolated, held, read)
     jacobians = []
-    for group in _groups(wiring, moving, cut):
+    for group in _groups(wiring, moving, isolated):
         targets = [
             target
             for target, source in wiring.feeds.items()
             if target.block in group
-            and target in cut.inputs
+            and target in isolated.inputs
             and (source in added or (source.block in moving and not source.is_input))
         ]
-        readers = {wiring.feeds[t] for t in cut.inputs if t.block in moving}
+        readers = {wiring.feeds[t] for t in isolated.inputs if t.block in moving}
         sources = sorted(s for s in readers | read if s.block in group and not s.is_input)
-        jacobians.append(block_jacobian(cut, group, targets, sources, autodiff=autodiff))
-    return LinearBlocks(cut, tuple(jacobians), tuple(sorted(held)), _period(cut, moving))
+        jacobians.append(block_jacobian(isolated, group, targets, sources, autodiff=autodiff))
+    return LinearBlocks(isolated, tuple(jacobians), tuple(sorted(held)), _period(isolated, moving))
 
 
 def _is_held(block: System, is_read: bool) -> bool:
@@ -67,13 +67,13 @@ def _is_held(block: System, is_read: bool) -> bool:
     return name in FROZEN or (name in SWITCHING and not is_read)
 
 
-def _moving(cut: CutBlocks, held: set[str], read: set[Source]) -> set[str]:
+def _moving(isolated: IsolatedBlocks, held: set[str], read: set[Source]) -> set[str]:
     """Return the blocks that matter: with state or read, and what feeds those."""
-    wiring = cut.wiring
+    wiring = isolated.wiring
     found = {source.block for source in read if not source.is_input}
     found |= {
         path
-        for path, instance in cut.instances.items()
+        for path, instance in isolated.instances.items()
         if instance.context.num_discrete_state_groups()
         or instance.context.num_continuous_states()
         or instance.context.num_abstract_states()
@@ -92,12 +92,12 @@ def _moving(cut: CutBlocks, held: set[str], read: set[Source]) -> set[str]:
     return found
 
 
-def _groups(wiring: Wiring, moving: set[str], cut: CutBlocks) -> list[list[str]]:
+def _groups(wiring: Wiring, moving: set[str], isolated: IsolatedBlocks) -> list[list[str]]:
     """Return the moving blocks, those together that exchange more than vectors."""
     group_of = {path: {path} for path in wiring.blocks if path in moving}
     for target, source in wiring.feeds.items():
         tied = {target.block, source.block} <= moving and not source.is_input
-        if tied and target not in cut.inputs:
+        if tied and target not in isolated.inputs:
             joined = group_of[target.block] | group_of[source.block]
             group_of.update(dict.fromkeys(joined, joined))
     order = list(group_of)
@@ -105,9 +105,9 @@ def _groups(wiring: Wiring, moving: set[str], cut: CutBlocks) -> list[list[str]]
     return [sorted(group, key=order.index) for group in unique.values()]
 
 
-def _period(cut: CutBlocks, moving: set[str]) -> float | None:
+def _period(isolated: IsolatedBlocks, moving: set[str]) -> float | None:
     """Return the period of all blocks; AnalysisError if they do not all tick together."""
-    periods = {path: cut.period(path) for path in sorted(moving)}
+    periods = {path: isolated.period(path) for path in sorted(moving)}
     periods = {path: period for path, period in periods.items() if period is not None}
     if len(set(periods.values())) > 1:
         which = ", ".join(f"{path} {1e3 * period:g} ms" for path, period in periods.items())

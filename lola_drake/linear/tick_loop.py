@@ -14,7 +14,7 @@ from lola_drake.linear.isolated import fix_port, own_context, read_port
 from lola_drake.linear.wiring import Selection, Source, Wiring
 
 
-class Ticks:
+class TickLoop:
     """A copy of a context that advances by whole ticks.
 
     Attributes:

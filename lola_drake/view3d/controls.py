@@ -49,7 +49,7 @@ STEERING = (
 )
 
 
-class Panel:
+class Controls:
     """Sliders and buttons, and what was done with them since they were last looked at."""
 
     def __init__(self, meshcat: Meshcat, *, steering: bool, pushes: bool = True):

@@ -11,8 +11,8 @@ from lola_drake.signals import FEET, GROUND_FORCE
 
 
 @dataclass(frozen=True)
-class Moment:
-    """What the signs show at one time, everything in W.
+class Frame:
+    """What the markers show at one time, everything in W.
 
     Attributes:
         torso: x, y, z (m), roll, pitch, yaw (rad), shape (6,).
@@ -35,13 +35,13 @@ def frame_samples(times: np.ndarray, per_second: float) -> np.ndarray:
     return np.searchsorted(times, frames - 1e-9)
 
 
-def moments(result: Result, samples: np.ndarray) -> list[Moment]:
+def frames_at(result: Result, samples: np.ndarray) -> list[Frame]:
     """Return what there is to see at some samples of a run."""
     signals = {name: values[samples] for name, values in result.signals.items()}
-    return moments_of(signals, result.scenario.ground)
+    return frames_of(signals, result.scenario.ground)
 
 
-def moments_of(signals: dict[str, np.ndarray], ground: Ground) -> list[Moment]:
+def frames_of(signals: dict[str, np.ndarray], ground: Ground) -> list[Frame]:
     """Return what there is to see in each row of the signals."""
     zmp = zero_moment_point(signals)
     heights = [ground.height_at(*p) if np.isfinite(p).all() else np.nan for p in zmp]
@@ -51,7 +51,7 @@ def moments_of(signals: dict[str, np.ndarray], ground: Ground) -> list[Moment]:
         for foot in FEET
     ]
     return [
-        Moment(
+        Frame(
             torso=torso,
             com=signals["com_position"][i],
             zmp=np.r_[zmp[i], heights[i]],

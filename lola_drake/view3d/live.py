@@ -21,9 +21,9 @@ from lola_drake.scenario import Scenario
 from lola_drake.signals import FEET
 from lola_drake.simulation import simulate
 from lola_drake.theory.gait import advance, foothold
-from lola_drake.view3d.controls import PAUSE, STOP, Panel
-from lola_drake.view3d.frames import moments_of
-from lola_drake.view3d.markers import Signs
+from lola_drake.view3d.controls import PAUSE, STOP, Controls
+from lola_drake.view3d.frames import frames_of
+from lola_drake.view3d.markers import Markers
 from lola_drake.view3d.scene import Puppet, follow, shown_in
 
 CHUNK = 0.03
@@ -54,8 +54,8 @@ class LiveView:
         """
         self.stopped = self.interfered = False
         self._scenario, self._meshcat = scenario, meshcat
-        self._puppet, self._signs = Puppet(scenario, shown_in(meshcat)), Signs(meshcat)
-        self._panel: Panel | None = None
+        self._puppet, self._markers = Puppet(scenario, shown_in(meshcat)), Markers(meshcat)
+        self._controls: Controls | None = None
         self._paused = False
         self._clock = _Clock()
         self._push_end = 0.0
@@ -63,11 +63,11 @@ class LiveView:
 
     def __call__(self, diagram: Diagram, context: Context) -> float | None:
         """Attend to a simulation, see `simulate`."""
-        if self._panel is None:
+        if self._controls is None:
             self._open(diagram, context)
-        if self._panel.clicked(STOP):
+        if self._controls.clicked(STOP):
             self.stopped = True
-        if self._panel.clicked(PAUSE):
+        if self._controls.clicked(PAUSE):
             self._paused = not self._paused
         if self.stopped:
             return None
@@ -77,7 +77,7 @@ class LiveView:
             return 0.0
         self._act(diagram, context)
         self._draw(diagram, context)
-        self._clock.wait(context.get_time(), self._panel.rate)
+        self._clock.wait(context.get_time(), self._controls.rate)
         return CHUNK
 
     def signed(self, result: Result) -> Result:
@@ -90,7 +90,7 @@ class LiveView:
 
     def restart(self) -> None:
         """Forget the simulation: the next call begins with another one."""
-        self._panel = None
+        self._controls = None
         self._clock.stop()
 
     def _open(self, diagram: Diagram, context: Context) -> None:
@@ -99,19 +99,19 @@ class LiveView:
         plant = diagram.GetSubsystemByName("plant")
         self._force = plant.get_applied_spatial_force_input_port()
         pushes = not self._force.HasValue(plant.GetMyContextFromRoot(context))
-        self._panel = Panel(self._meshcat, steering=self._steered, pushes=pushes)
-        self._panel.show_gains(diagram, context)
+        self._controls = Controls(self._meshcat, steering=self._steered, pushes=pushes)
+        self._controls.show_gains(diagram, context)
         self._draw(diagram, context)
 
     def _act(self, diagram: Diagram, context: Context) -> None:
         """Do to the simulation what the user asks for."""
-        self.interfered |= self._panel.apply_gains(diagram, context)
+        self.interfered |= self._controls.apply_gains(diagram, context)
         if self._steered:
             source = diagram.GetSubsystemByName("walk_command")
             value = source.get_mutable_source_value(source.GetMyMutableContextFromRoot(context))
-            value.SetFromVector(self._panel.command())
-            self.interfered |= bool(np.any(self._panel.command()))
-        for impulse in self._panel.pushes():
+            value.SetFromVector(self._controls.command())
+            self.interfered |= bool(np.any(self._controls.command()))
+        for impulse in self._controls.pushes():
             self.interfered = True
             push(diagram, context, impulse)
             self._push_end = context.get_time() + PUSH_TIME
@@ -121,17 +121,17 @@ class LiveView:
 
     def _draw(self, diagram: Diagram, context: Context) -> None:
         signals = signals_now(diagram, context)
-        (moment,) = moments_of(signals, self._scenario.ground)
+        (frame,) = frames_of(signals, self._scenario.ground)
         now = context.get_time()
-        self._puppet.pose(moment.torso, signals["joint_position"][0], now)
-        self._signs.show(moment)
-        follow(self._meshcat, moment.torso)
+        self._puppet.pose(frame.torso, signals["joint_position"][0], now)
+        self._markers.show(frame)
+        follow(self._meshcat, frame.torso)
         self._meshcat.SetSimulationTime(now)
         pattern = diagram.GetSubsystemByName("controller").GetSubsystemByName("walking_pattern")
         request = pattern.packed_request(pattern.GetMyContextFromRoot(context))
         if request.tobytes() != self._planned:
             self._planned = request.tobytes()
-            self._signs.set_footsteps(next_footsteps(self._scenario, request))
+            self._markers.set_footsteps(next_footsteps(self._scenario, request))
 
 
 def walk_live(scenario: Scenario, view: LiveView) -> None:
@@ -198,7 +198,7 @@ def push(diagram: Diagram, context: Context, impulse: np.ndarray) -> None:
 
 
 def signals_now(diagram: Diagram, context: Context) -> dict[str, np.ndarray]:
-    """Return what the signs need of a simulation's signals, as a record of one row."""
+    """Return what the markers need of a simulation's signals, as a record of one row."""
     plant, controller = (diagram.GetSubsystemByName(name) for name in ("plant", "controller"))
     state = plant.get_state_output_port().Eval(plant.GetMyContextFromRoot(context))
     signals = plant_truth(plant, state[None])

@@ -1,6 +1,6 @@
 """What is drawn around the robot in 3D: ground forces, CoM, ZMP, footsteps, inclination.
 
-The same signs serve a recorded replay and a running simulation.
+The same markers serve a recorded replay and a running simulation.
 """
 
 import numpy as np
@@ -11,9 +11,9 @@ from pydrake.math import RigidTransform, RollPitchYaw, RotationMatrix
 from lola_drake.figures.footprints import sole_corners
 from lola_drake.figures.style import FIRST, FOOT_COLOURS, FOOT_NAMES, SECOND, THIRD
 from lola_drake.signals import FEET
-from lola_drake.view3d.frames import Moment
+from lola_drake.view3d.frames import Frame
 
-ROOT = "/world/signs"
+ROOT = "/world/markers"
 METRES_PER_NEWTON = 1e-3
 """Length of a force's arrow."""
 
@@ -24,11 +24,11 @@ LEAST_FORCE = 20.0
 """A ground force (N) below which no arrow is drawn."""
 
 
-class Signs:
-    """The signs in one Meshcat scene."""
+class Markers:
+    """The markers in one Meshcat scene."""
 
     def __init__(self, meshcat: Meshcat):
-        """Create all signs but the footsteps."""
+        """Create all markers but the footsteps."""
         self._meshcat = meshcat
         for foot in FEET:
             path = _force_path(foot)
@@ -70,21 +70,21 @@ class Signs:
                 pose = RigidTransform(RollPitchYaw(0.0, 0.0, yaw), [x, y, z + 0.002])
                 self._meshcat.SetTransform(path, pose)
 
-    def show(self, moment: Moment, time: float | None = None) -> None:
-        """Move the signs; with a time, also in the recording."""
+    def show(self, frame: Frame, time: float | None = None) -> None:
+        """Move the markers; with a time, also in the recording."""
         put = self._meshcat.SetTransform
-        for foot, force, origin in zip(FEET, moment.forces, moment.origins, strict=True):
+        for foot, force, origin in zip(FEET, frame.forces, frame.origins, strict=True):
             self._show_force(_force_path(foot), force, origin, time)
-        put(f"{ROOT}/CoM/ball", RigidTransform(moment.com), time)
-        ground = moment.zmp[2] if np.isfinite(moment.zmp[2]) else 0.0
-        below = [moment.com[0], moment.com[1], ground + 0.003]
+        put(f"{ROOT}/CoM/ball", RigidTransform(frame.com), time)
+        ground = frame.zmp[2] if np.isfinite(frame.zmp[2]) else 0.0
+        below = [frame.com[0], frame.com[1], ground + 0.003]
         put(f"{ROOT}/CoM/on the ground", RigidTransform(below), time)
-        loaded = bool(np.isfinite(moment.zmp).all())
+        loaded = bool(np.isfinite(frame.zmp).all())
         self._meshcat.SetProperty(f"{ROOT}/ZMP", "visible", loaded, time)
         if loaded:
-            put(f"{ROOT}/ZMP", RigidTransform(moment.zmp + [0.0, 0.0, 0.004]), time)
-        roll, pitch, yaw = moment.torso[3:]
-        top = moment.torso[:3] + [0.0, 0.0, 0.78]
+            put(f"{ROOT}/ZMP", RigidTransform(frame.zmp + [0.0, 0.0, 0.004]), time)
+        roll, pitch, yaw = frame.torso[3:]
+        top = frame.torso[:3] + [0.0, 0.0, 0.78]
         lean = np.clip([EXAGGERATION * roll, EXAGGERATION * pitch], -1.3, 1.3)
         put(f"{ROOT}/inclination/vertical", RigidTransform(top), time)
         put(f"{ROOT}/inclination/torso", RigidTransform(RollPitchYaw(*lean, yaw), top), time)

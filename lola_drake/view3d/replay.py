@@ -8,8 +8,8 @@ from pydrake.geometry import Meshcat
 
 from lola_drake.figures.footprints import planned_footsteps
 from lola_drake.results import Result
-from lola_drake.view3d.frames import frame_samples, moments
-from lola_drake.view3d.markers import Signs
+from lola_drake.view3d.frames import frame_samples, frames_at
+from lola_drake.view3d.markers import Markers
 from lola_drake.view3d.scene import Puppet, follow, open_meshcat, shown_in
 
 FRAMES_PER_SECOND = 32.0
@@ -63,16 +63,16 @@ def replay_page(result: Result) -> str:
 
 def record(result: Result, meshcat: Meshcat) -> None:
     """Play a run into a Meshcat scene as a recording."""
-    puppet, signs = Puppet(result.scenario, shown_in(meshcat)), Signs(meshcat)
-    signs.set_footsteps(planned_footsteps(result))
+    puppet, markers = Puppet(result.scenario, shown_in(meshcat)), Markers(meshcat)
+    markers.set_footsteps(planned_footsteps(result))
     samples = frame_samples(result.times, FRAMES_PER_SECOND)
-    scene = moments(result, samples)
+    scene = frames_at(result, samples)
     meshcat.StartRecording(frames_per_second=FRAMES_PER_SECOND)
     joints = result.signals["joint_position"][samples]
-    for sample, moment, q in zip(samples, scene, joints, strict=True):
+    for sample, frame, q in zip(samples, scene, joints, strict=True):
         time = float(result.times[sample])
-        puppet.pose(moment.torso, q, time)
-        signs.show(moment, time)
-        follow(meshcat, moment.torso, time)
+        puppet.pose(frame.torso, q, time)
+        markers.show(frame, time)
+        follow(meshcat, frame.torso, time)
     meshcat.StopRecording()
     meshcat.PublishRecording()

@@ -17,11 +17,11 @@ from pydrake.geometry import (
 from pydrake.math import RigidTransform, RotationMatrix
 from pydrake.systems.sensors import CameraInfo
 
-from lola_drake.atomic_file import PictureError, whole_file
+from lola_drake.atomic_file import OutputError, whole_file
 from lola_drake.figures.style import FOOT_COLOURS
 from lola_drake.results import Result
 from lola_drake.signals import FEET
-from lola_drake.view3d.frames import Moment, frame_samples, moments
+from lola_drake.view3d.frames import Frame, frame_samples, frames_at
 from lola_drake.view3d.markers import LEAST_FORCE, METRES_PER_NEWTON
 from lola_drake.view3d.scene import Puppet
 
@@ -43,12 +43,12 @@ def save_video(result: Result, path: str | Path) -> Path:
     """Write a film of the run: .webp, which browsers show, or .mp4, for which ffmpeg is needed.
 
     Raises:
-        PictureError: If the file's ending is another one, ffmpeg is missing, or the file cannot
+        OutputError: If the file's ending is another one, ffmpeg is missing, or the file cannot
             be written.
     """
     path = Path(path)
     if path.suffix not in ENDINGS:
-        raise PictureError(f"{path}: the name of a film must end in {' or '.join(ENDINGS)}")
+        raise OutputError(f"{path}: the name of a film must end in {' or '.join(ENDINGS)}")
     write = _write_mp4 if path.suffix == ".mp4" else _write_webp
     with whole_file(path) as file:
         write(file, frames(result))
@@ -60,14 +60,14 @@ def frames(result: Result) -> Iterator[Image.Image]:
     samples = frame_samples(result.times, FRAMES_PER_SECOND)
     puppet = Puppet(result.scenario, _furnish)
     camera = _camera()
-    for sample, moment in zip(samples, moments(result, samples), strict=True):
-        puppet.pose(moment.torso, result.signals["joint_position"][sample])
-        X_WC = camera_pose(moment.torso)
+    for sample, frame in zip(samples, frames_at(result, samples), strict=True):
+        puppet.pose(frame.torso, result.signals["joint_position"][sample])
+        X_WC = camera_pose(frame.torso)
         rendered = puppet.query().RenderColorImage(
             camera, puppet.scene_graph.world_frame_id(), X_WC
         )
         picture = Image.fromarray(rendered.data[:, :, :3])
-        _annotate(picture, camera.core().intrinsics(), X_WC, moment, result.times[sample])
+        _annotate(picture, camera.core().intrinsics(), X_WC, frame, result.times[sample])
         yield picture
 
 
@@ -107,16 +107,16 @@ def _camera() -> ColorRenderCamera:
     return ColorRenderCamera(core, False)
 
 
-def _annotate(picture, camera: CameraInfo, X_WC, moment: Moment, time: float) -> None:
+def _annotate(picture, camera: CameraInfo, X_WC, frame: Frame, time: float) -> None:
     """Draw the ground forces as arrows, and write the time."""
     draw = ImageDraw.Draw(picture)
-    for foot, force, origin in zip(FEET, moment.forces, moment.origins, strict=True):
+    for foot, force, origin in zip(FEET, frame.forces, frame.origins, strict=True):
         if np.linalg.norm(force) > LEAST_FORCE and np.isfinite(origin).all():
             tip = origin + METRES_PER_NEWTON * force
             start, end = (camera.intrinsic_matrix() @ (X_WC.inverse() @ p) for p in (origin, tip))
             _draw_arrow(draw, start[:2] / start[2], end[:2] / end[2], FOOT_COLOURS[foot])
     font = ImageFont.load_default(18)
-    roll, pitch = np.degrees(moment.torso[3:5])
+    roll, pitch = np.degrees(frame.torso[3:5])
     text = f"{time:6.2f} s    inclination {roll:+.1f}°, {pitch:+.1f}°"
     draw.text((16, 12), text, fill="#222222", font=font)
 
@@ -146,7 +146,7 @@ def _write_mp4(path: Path, pictures: Iterator[Image.Image]) -> None:
     try:
         import imageio_ffmpeg
     except ImportError:
-        raise PictureError(
+        raise OutputError(
             "mp4 needs ffmpeg: pip install 'lola_drake[video]', or use webp"
         ) from None
     writer = imageio_ffmpeg.write_frames(

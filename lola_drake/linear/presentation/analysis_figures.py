@@ -30,7 +30,9 @@ WINDOW = (-160.0, 12.0, 0.0, 45.0)
 def analysis_figure(analysis: Analysis) -> Figure:
     """Return the picture of an analysis."""
     figure = Figure(figsize=(12.0, 6.4), layout="constrained")
-    title = f"{analysis.name}: {analysis.recipe.doc} ({analysis.bench.situation.description})"
+    title = (
+        f"{analysis.name}: {analysis.definition.doc} ({analysis.workpoint.situation.description})"
+    )
     add_title(figure, title)
     axes = figure.subplots(2, 3, width_ratios=(1.2, 1.0, 1.0))
     curves = _curves(analysis)
@@ -108,9 +110,9 @@ def draw_locus(axes: Axes, locus: Locus) -> None:
 def draw_steps(axes: Axes, analysis: Analysis) -> None:
     """Draw the response of each output to a step at the input of the same number."""
     lowest = 0.0
-    for k, (colour, height) in enumerate(zip(COLOURS, analysis.recipe.steps, strict=False)):
+    for k, (colour, height) in enumerate(zip(COLOURS, analysis.definition.steps, strict=False)):
         times, outputs = step_response(analysis.model, k, height)
-        moved, answers = analysis.recipe.units[k]
+        moved, answers = analysis.definition.units[k]
         largest = np.abs(outputs[:, k]).max() or 1.0
         name = analysis.model.input_labels[k].split("/")[-1]
         label = f"{name}: {height:g} {moved}, at most {largest:.2g} {answers}"
@@ -125,11 +127,11 @@ def draw_steps(axes: Axes, analysis: Analysis) -> None:
 
 def draw_contact(axes: Axes, analysis: Analysis) -> None:
     """Draw the contact's stiffness over that of the ground's U, and what the controller meets."""
-    scenario = analysis.bench.scenario
+    scenario = analysis.workpoint.scenario
     area = sum(pad.area for pad in PADS)
     U = np.diag(contact_matrix(PADS, scenario.ground.stiffness / area))
     frequencies = np.geomspace(0.5, 60.0, 150)
-    contact, met = contact_responses(analysis.bench, frequencies)
+    contact, met = contact_responses(analysis.workpoint, frequencies)
     for k, (colour, name) in enumerate(zip(COLOURS, ("T_x", "T_y", "F_z"), strict=False)):
         axes.loglog(frequencies, np.abs(contact[:, k, k] / U[k]), color=colour, label=name)
         axes.loglog(frequencies, np.abs(met[:, k, k] / U[k]), color=colour, ls="--")

@@ -21,8 +21,8 @@ def report(analysis: Analysis) -> str:
 
 
 def _headline(analysis: Analysis) -> str:
-    point, model = analysis.bench.situation, analysis.model
-    lines = [f"{analysis.name}: {analysis.recipe.doc}"]
+    point, model = analysis.workpoint.situation, analysis.model
+    lines = [f"{analysis.name}: {analysis.definition.doc}"]
     if point.residual is None:
         drift = model.operating_point.residual
         lines.append(f"at {point.description}, frozen in time (no equilibrium: drift {drift:.1e}):")
@@ -88,8 +88,8 @@ def as_numbers(analysis: Analysis) -> dict[str, object]:
     point = analysis.model.operating_point
     return {
         "analysis": analysis.name,
-        "scenario": analysis.bench.scenario.name,
-        "at": analysis.bench.at,
+        "scenario": analysis.workpoint.scenario.name,
+        "at": analysis.workpoint.at,
         "time_s": point.time,
         "residual": point.residual,
         "states": analysis.model.nstates,

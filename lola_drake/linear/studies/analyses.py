@@ -9,10 +9,10 @@ from lola_drake.linear.linearize import state_space
 from lola_drake.linear.margins import Margins, MatrixMargins, loop_margins, matrix_margins
 from lola_drake.linear.open_loop import negated
 from lola_drake.linear.poles import Pole, poles
-from lola_drake.linear.studies.named_analyses import Recipe, recipe
+from lola_drake.linear.studies.named_analyses import NamedAnalysis, named_analysis
 from lola_drake.linear.studies.tables import extra_tables, signals_of_tables
 from lola_drake.linear.studies.text_table import Table
-from lola_drake.linear.studies.workpoint import Bench, make_bench
+from lola_drake.linear.studies.workpoint import Workpoint, make_workpoint
 from lola_drake.scenario import Scenario
 
 SHOWN_STEP = 0.5
@@ -59,9 +59,9 @@ class Analysis:
 
     Attributes:
         name: of the analysis.
-        recipe: what was done.
-        bench: the operating point.
-        model: from the recipe's inputs to its outputs.
+        definition: what was done.
+        workpoint: the operating point.
+        model: from the definition's inputs to its outputs.
         poles: of the model, slowest first.
         loops: its margins.
         locus: its poles over the knob; None if it was not asked for.
@@ -69,8 +69,8 @@ class Analysis:
     """
 
     name: str
-    recipe: Recipe
-    bench: Bench
+    definition: NamedAnalysis
+    workpoint: Workpoint
     model: control.StateSpace
     poles: list[Pole]
     loops: list[Loop]
@@ -88,54 +88,54 @@ def analyse(
     """Carry out a named analysis.
 
     Args:
-        name: one of `named_analyses.RECIPES`.
+        name: one of `named_analyses.NAMED_ANALYSES`.
         scenario: its parameters, and for `t=...` what runs.
-        at: the operating point as in `operating_points.situation`; None for the recipe's own.
+        at: the operating point as in `operating_points.situation`; None for the definition's own.
         locus: whether to compute the root locus too.
     """
-    how = recipe(name)
+    how = named_analysis(name)
     read = (*how.outputs, *how.opened, *how.loops, *signals_of_tables(name))
-    bench = make_bench(scenario, at or how.at, (*how.inputs, *read), read)
-    model = part(bench, how)
+    workpoint = make_workpoint(scenario, at or how.at, (*how.inputs, *read), read)
+    model = part(workpoint, how)
     return Analysis(
         name=name,
-        recipe=how,
-        bench=bench,
+        definition=how,
+        workpoint=workpoint,
         model=model,
         poles=poles(model),
-        loops=[open_at(bench, signal) for signal in how.loops],
-        locus=root_locus(bench, how) if locus else None,
-        tables=extra_tables(name, bench),
+        loops=[open_at(workpoint, signal) for signal in how.loops],
+        locus=root_locus(workpoint, how) if locus else None,
+        tables=extra_tables(name, workpoint),
     )
 
 
-def part(bench: Bench, how: Recipe) -> control.StateSpace:
-    """Return the recipe's model of a bench."""
+def part(workpoint: Workpoint, how: NamedAnalysis) -> control.StateSpace:
+    """Return the definition's model of a workpoint."""
     return state_space(
-        bench.blocks,
-        bench.select(how.inputs),
-        bench.select(how.outputs),
-        bench.select(how.opened),
+        workpoint.blocks,
+        workpoint.select(how.inputs),
+        workpoint.select(how.outputs),
+        workpoint.select(how.opened),
         minimal=True,
-        time=bench.situation.context.get_time(),
+        time=workpoint.situation.context.get_time(),
     )
 
 
-def open_at(bench: Bench, signal: str) -> Loop:
-    """Return the loop of a bench opened at a signal."""
-    at = bench.select([signal])
-    transfer = negated(state_space(bench.blocks, at, at, at, minimal=True))
+def open_at(workpoint: Workpoint, signal: str) -> Loop:
+    """Return the loop of a workpoint opened at a signal."""
+    at = workpoint.select([signal])
+    transfer = negated(state_space(workpoint.blocks, at, at, at, minimal=True))
     together = matrix_margins(transfer) if transfer.ninputs > 1 else None
     return Loop(signal, transfer, loop_margins(transfer), together)
 
 
-def root_locus(bench: Bench, how: Recipe) -> Locus:
-    """Return the poles of the recipe's model over its knob."""
+def root_locus(workpoint: Workpoint, how: NamedAnalysis) -> Locus:
+    """Return the poles of the definition's model over its knob."""
     found = []
     for value in how.values:
-        model = part(bench.varied({how.knob: value}), how)
+        model = part(workpoint.varied({how.knob: value}), how)
         found.append(np.linalg.eigvals(model.A))
-    return Locus(how.knob, how.values, tuple(found), value_of(bench.scenario, how.knob))
+    return Locus(how.knob, how.values, tuple(found), value_of(workpoint.scenario, how.knob))
 
 
 def step_response(

@@ -18,7 +18,7 @@ import numpy as np
 from scipy.linalg import block_diag
 
 from lola_drake.linear.interconnection import Matrices
-from lola_drake.linear.studies.workpoint import Bench
+from lola_drake.linear.studies.workpoint import Workpoint
 from lola_drake.linear.wiring import Selection
 from lola_drake.signals import TORSO_ORIENTATION
 
@@ -46,25 +46,25 @@ class FlexibleTorso:
 
 
 def with_torso(
-    bench: Bench, torso: FlexibleTorso | None, opened: Sequence[Selection] = ()
+    workpoint: Workpoint, torso: FlexibleTorso | None, opened: Sequence[Selection] = ()
 ) -> Matrices:
     """Return the whole loop with a rigid (None) or flexible torso.
 
     Args:
-        bench: with `torso_orientation` among its inputs and outputs.
+        workpoint: with `torso_orientation` among its inputs and outputs.
         torso: the mode.
         opened: other signals that are cut, as inputs and outputs of the result.
     """
     if torso is None:
-        return bench.blocks.interconnect(opened, opened, opened)
-    imu = bench.select(["torso_orientation"])
+        return workpoint.blocks.interconnect(opened, opened, opened)
+    imu = workpoint.select(["torso_orientation"])
     cut = [*opened, *imu]
-    rigid = bench.blocks.interconnect(cut, cut, cut)
+    rigid = workpoint.blocks.interconnect(cut, cut, cut)
     # The IMU holds its output for a tick, so nothing acts on it at once.
     n = rigid.B.shape[1] - TORSO_ORIENTATION.size
     B, B_imu, C, C_imu = rigid.B[:, :n], rigid.B[:, n:], rigid.C[:n], rigid.C[n:]
     D, D_imu = rigid.D[:n, :n], rigid.D[:n, n:]
-    path = torso.path(bench.blocks.period)
+    path = torso.path(workpoint.blocks.period)
     Ap, Bp, Cp, Dp = (
         block_diag(*[M] * TORSO_ORIENTATION.size) for M in (path.A, path.B, path.C, path.D)
     )

@@ -13,7 +13,7 @@ from lola_drake.linear.isolated import discrete_state, set_discrete_state
 from lola_drake.linear.linear_blocks import FROZEN, SWITCHING
 from lola_drake.linear.poles import neutral
 from lola_drake.linear.studies.operating_points import quiet
-from lola_drake.linear.tick_loop import Ticks
+from lola_drake.linear.tick_loop import TickLoop
 from lola_drake.linear.wiring import Wiring
 from lola_drake.scenario import Scenario, override
 from lola_drake.signals import GAIT_PHASE
@@ -55,7 +55,7 @@ def find_section(scenario: Scenario) -> Section:
     """Walk until the gait repeats itself, and return the middle of a swing of the left foot."""
     endless = quiet(_without_end(scenario))
     diagram = build_simulation(endless)
-    ticks = Ticks(diagram, diagram.CreateDefaultContext())
+    ticks = TickLoop(diagram, diagram.CreateDefaultContext())
     frame = moving_coordinates(diagram, ticks.context)
     stride = round(STEPS_PER_STRIDE * endless.pattern.step_time / PERIOD)
     _walk_to_swing(ticks)
@@ -97,7 +97,7 @@ def typical(frame: Coordinates) -> np.ndarray:
     return np.where(forces, 1e4, np.where(fast, 10.0, 1.0))
 
 
-def _walk_to_swing(ticks: Ticks) -> None:
+def _walk_to_swing(ticks: TickLoop) -> None:
     """Advance to the middle of the right foot's support in the third step."""
     phase = GAIT_PHASE
     for _ in range(20000):

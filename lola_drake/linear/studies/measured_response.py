@@ -12,7 +12,7 @@ from lola_drake.linear.frequency import Response, frequency_response
 from lola_drake.linear.studies.analyses import Analysis
 from lola_drake.linear.studies.operating_points import Situation
 from lola_drake.linear.studies.text_table import Table
-from lola_drake.linear.tick_loop import Ticks
+from lola_drake.linear.tick_loop import TickLoop
 
 FREQUENCIES = (0.5, 1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 7.0, 10.0, 14.0, 19.0, 25.0, 30.0, 40.0, 60.0)
 LIMIT = 30.0
@@ -45,7 +45,7 @@ def measured_response(
         settling: time before the measurement (s).
         duration: of the measurement (s); a multiple of the slowest sine's period.
     """
-    ticks = Ticks(situation.diagram, situation.context)
+    ticks = TickLoop(situation.diagram, situation.context)
     count, first = round((settling + duration) / ticks.period), round(settling / ticks.period)
     time = ticks.period * np.arange(count)
     angles = 2 * np.pi * np.outer(time, frequencies)
@@ -76,11 +76,11 @@ def compare(analysis: Analysis) -> tuple[dict[str, Response], dict[str, Response
     """
     models, measured, rows = {}, {}, []
     fine = np.geomspace(min(FREQUENCIES), 2 * max(FREQUENCIES), 400)
-    pairs = zip(analysis.recipe.inputs, analysis.recipe.outputs, strict=False)
+    pairs = zip(analysis.definition.inputs, analysis.definition.outputs, strict=False)
     for k, (signal, output) in enumerate(pairs):
         name = f"{signal} -> {output}"
-        amplitude = PART_OF_STEP * analysis.recipe.steps[k]
-        measured[name] = measured_response(analysis.bench.situation, signal, output, amplitude)
+        amplitude = PART_OF_STEP * analysis.definition.steps[k]
+        measured[name] = measured_response(analysis.workpoint.situation, signal, output, amplitude)
         model = analysis.model[k, k]
         models[name] = frequency_response(model, fine)
         gain, phase = deviation(measured[name], frequency_response(model, np.array(FREQUENCIES)))

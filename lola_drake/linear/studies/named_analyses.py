@@ -8,7 +8,7 @@ from lola_drake.typed_yaml import suggestion
 
 
 @dataclass(frozen=True)
-class Recipe:
+class NamedAnalysis:
     """One named analysis.
 
     Attributes:
@@ -39,8 +39,8 @@ _DIRECTIONS = ("sin_gamma_x", "sin_gamma_y", "z")
 _WRENCH = ("T_x", "T_y", "F_z")
 _DELTAS = (0.008, 0.01, 0.012, 0.015, 0.02, 0.027, 0.035, 0.05)
 
-RECIPES = {
-    "contact": Recipe(
+NAMED_ANALYSES = {
+    "contact": NamedAnalysis(
         doc="one foot on the ground: what the contact model U says, and what the plant does",
         at="left",
         inputs=tuple(f"task_command_l.w.{name}" for name in _DIRECTIONS),
@@ -56,7 +56,7 @@ RECIPES = {
         knob="ground.stiffness",
         values=(1e5, 2e5, 3e5, 5e5, 8e5),
     ),
-    "servo": Recipe(
+    "servo": NamedAnalysis(
         doc="the joints' servos with the robot they move: command to joint angle",
         at="left",
         inputs=("joint_command.q.tkfl", "joint_command.q.tsfl", "joint_command.q.tkfr"),
@@ -68,7 +68,7 @@ RECIPES = {
         knob="control.servos.position_gain",
         values=(35.0, 50.0, 70.0, 100.0, 140.0),
     ),
-    "force_loop": Recipe(
+    "force_loop": NamedAnalysis(
         doc="force control of the left foot: desired to measured wrench",
         at="stand",
         inputs=tuple(f"desired_wrench.wrench_l.{name}" for name in _WRENCH),
@@ -80,7 +80,7 @@ RECIPES = {
         knob="control.force.time_constant",
         values=_DELTAS,
     ),
-    "com_dynamics": Recipe(
+    "com_dynamics": NamedAnalysis(
         doc="the CoM's dynamics in the force control of the stance foot, gain g_a",
         at="left",
         inputs=tuple(f"desired_wrench.wrench_l.{name}" for name in _WRENCH),
@@ -92,7 +92,7 @@ RECIPES = {
         knob="control.com_dynamics.gain",
         values=(0.0, 0.1, 0.2, 0.4, 0.6, 0.8, 1.0),
     ),
-    "stabilizer": Recipe(
+    "stabilizer": NamedAnalysis(
         doc="the stabiliser's loop, opened at the IMU: a torque on the torso to its inclination",
         at="stand",
         inputs=(
@@ -107,7 +107,7 @@ RECIPES = {
         knob="control.stabilizer.damping",
         values=(50.0, 100.0, 150.0, 200.0, 300.0, 400.0, 500.0, 600.0),
     ),
-    "full": Recipe(
+    "full": NamedAnalysis(
         doc="everything closed: a force on the torso to its inclination and the feet's forces",
         at="stand",
         inputs=(
@@ -129,8 +129,8 @@ RECIPES = {
 }
 
 
-def recipe(name: str) -> Recipe:
+def named_analysis(name: str) -> NamedAnalysis:
     """Return a named analysis; AnalysisError if there is none of that name."""
-    if name not in RECIPES:
-        raise AnalysisError(f"no analysis {name!r}{suggestion(name, RECIPES)}")
-    return RECIPES[name]
+    if name not in NAMED_ANALYSES:
+        raise AnalysisError(f"no analysis {name!r}{suggestion(name, NAMED_ANALYSES)}")
+    return NAMED_ANALYSES[name]

@@ -9,7 +9,7 @@ from pydrake.systems.framework import Context, Diagram
 from lola_drake.linear.equilibrium import find_equilibrium
 from lola_drake.linear.errors import AnalysisError, drake_errors
 from lola_drake.linear.studies.poses import Pose, place
-from lola_drake.linear.tick_loop import Ticks
+from lola_drake.linear.tick_loop import TickLoop
 from lola_drake.scenario import Scenario, override
 from lola_drake.simulation import build_simulation, has_fallen
 
@@ -85,7 +85,7 @@ def in_pose(scenario: Scenario, pose: Pose, description: str = "pose") -> Situat
     diagram = build_simulation(quiet(scenario))
     context = diagram.CreateDefaultContext()
     place(diagram, context, scenario, pose)
-    ticks = Ticks(diagram, context)
+    ticks = TickLoop(diagram, context)
     for count in SETTLING:
         with drake_errors("the pose cannot be held"):
             for _ in range(count):

@@ -38,7 +38,7 @@ from lola_drake.linear.studies.gait_section import (
     typical,
 )
 from lola_drake.linear.studies.text_table import Table
-from lola_drake.linear.tick_loop import Ticks
+from lola_drake.linear.tick_loop import TickLoop
 from lola_drake.scenario import Scenario
 
 TRIED = (1e-4, 1e-5, 3e-6, 1e-6)
@@ -187,7 +187,7 @@ def forget(section: Section, count: int) -> tuple[Section, np.ndarray, np.ndarra
         and what motions at the section become along them, shape (r, n).
     """
     diagram, context = section_context(section)
-    ticks = Ticks(diagram, context)
+    ticks = TickLoop(diagram, context)
     frame = moving_coordinates(diagram, context)
     scale, product = typical(frame), np.eye(len(frame.names))
     for _ in range(count):
@@ -272,7 +272,7 @@ def _fly_batch(section: Section, motions: np.ndarray) -> np.ndarray:
 def _flown(
     diagram: Diagram, frame: Coordinates, start: Context, motion: np.ndarray, count: int
 ) -> Context:
-    ticks = Ticks(diagram, start)
+    ticks = TickLoop(diagram, start)
     frame.move(ticks.context, motion)
     for _ in range(count):
         ticks.advance()

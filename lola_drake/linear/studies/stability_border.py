@@ -11,8 +11,8 @@ from lola_drake.linear.poles import UNSTABLE
 from lola_drake.linear.studies.map_kinds import DELTA
 from lola_drake.linear.studies.operating_points import Situation
 from lola_drake.linear.studies.stability_map import growth_rate
-from lola_drake.linear.studies.workpoint import Bench, make_bench
-from lola_drake.linear.tick_loop import Ticks
+from lola_drake.linear.studies.workpoint import Workpoint, make_workpoint
+from lola_drake.linear.tick_loop import TickLoop
 from lola_drake.linear.wiring import Wiring
 from lola_drake.scenario import Scenario
 
@@ -26,23 +26,23 @@ counts as rest afterwards (N)."""
 
 def compare_borders(scenario: Scenario, at: str) -> dict[str, float]:
     """Return the border of a scenario at an equilibrium by both, in seconds."""
-    bench = make_bench(scenario, at)
+    workpoint = make_workpoint(scenario, at)
     return {
-        "predicted_s": predicted_border(bench),
-        "simulated_s": simulated_border(bench.situation),
+        "predicted_s": predicted_border(workpoint),
+        "simulated_s": simulated_border(workpoint.situation),
     }
 
 
-def predicted_border(bench: Bench, accuracy: float = 0.002) -> float:
+def predicted_border(workpoint: Workpoint, accuracy: float = 0.002) -> float:
     """Return the smallest stable delta (s) by the linear model.
 
     Args:
-        bench: an equilibrium.
+        workpoint: an equilibrium.
         accuracy: relative.
     """
 
     def unstable(delta: float) -> bool:
-        return growth_rate(bench.varied({DELTA: delta})) > UNSTABLE / bench.blocks.period
+        return growth_rate(workpoint.varied({DELTA: delta})) > UNSTABLE / workpoint.blocks.period
 
     return _bisect(unstable, accuracy)
 
@@ -69,7 +69,7 @@ def swings_up(situation: Situation, delta: float, duration: float = 1.0) -> bool
         delta: time constant of the force control (s).
         duration: of the simulation (s).
     """
-    ticks = Ticks(situation.diagram, with_delta(situation, delta))
+    ticks = TickLoop(situation.diagram, with_delta(situation, delta))
     count = round(duration / ticks.period)
     kick = np.zeros((count, 12))
     kick[:10, [2, 8]] = KICK

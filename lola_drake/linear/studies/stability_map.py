@@ -14,7 +14,7 @@ from lola_drake.linear.poles import UNSTABLE
 from lola_drake.linear.studies.flexible_torso import FlexibleTorso, with_torso
 from lola_drake.linear.studies.map_kinds import DELTA, GAIN, SETTINGS, SHARE, MapKind
 from lola_drake.linear.studies.text_table import Table
-from lola_drake.linear.studies.workpoint import Bench, make_bench
+from lola_drake.linear.studies.workpoint import Workpoint, make_workpoint
 from lola_drake.scenario import Scenario, override
 
 LOOP = "measured_wrench"
@@ -147,8 +147,8 @@ def stability_map(
     at = at or kind.at
     if kind.y.key == SHARE:
         torso = replace(torso or FlexibleTorso(), share=1.0)
-    bench = make_bench(scenario, at, _SIGNALS, _SIGNALS)
-    if bench.situation.residual is None:
+    workpoint = make_workpoint(scenario, at, _SIGNALS, _SIGNALS)
+    if workpoint.situation.residual is None:
         raise AnalysisError(f"a map needs a pose, where the robot rests: {at} is none")
     free = DELTA not in (kind.x.key, kind.y.key)
     compared = dict(SETTINGS) if free else {}
@@ -169,23 +169,23 @@ def stability_map(
         torso,
         np.moveaxis(np.array(rates), -1, 0),
         np.array(disk),
-        {name: _at_setting(bench.varied(changes), torso) for name, changes in SETTINGS.items()},
+        {name: _at_setting(workpoint.varied(changes), torso) for name, changes in SETTINGS.items()},
         {name: np.moveaxis(np.array([row[name] for row in others]), -1, 0) for name in compared},
     )
 
 
-def growth_rates(bench: Bench, torso: FlexibleTorso | None = None) -> np.ndarray:
+def growth_rates(workpoint: Workpoint, torso: FlexibleTorso | None = None) -> np.ndarray:
     """Return the growth of the slow and of the fast motions (1/s), the largest of each; (2,)."""
-    z = np.linalg.eigvals(with_torso(bench, torso).A)
+    z = np.linalg.eigvals(with_torso(workpoint, torso).A)
     z = z[(np.abs(z - 1) >= UNSTABLE) & (z != 0)]
-    growth = np.log(np.abs(z)) / bench.blocks.period
-    fast = np.abs(np.angle(z)) > 2 * np.pi * FAST * bench.blocks.period
+    growth = np.log(np.abs(z)) / workpoint.blocks.period
+    fast = np.abs(np.angle(z)) > 2 * np.pi * FAST * workpoint.blocks.period
     return np.array([growth[~fast].max(initial=-np.inf), growth[fast].max(initial=-np.inf)])
 
 
-def growth_rate(bench: Bench, torso: FlexibleTorso | None = None) -> float:
+def growth_rate(workpoint: Workpoint, torso: FlexibleTorso | None = None) -> float:
     """Return the rate of the fastest growing or slowest decaying motion (1/s)."""
-    return float(growth_rates(bench, torso).max())
+    return float(growth_rates(workpoint, torso).max())
 
 
 def finer(values: np.ndarray) -> np.ndarray:
@@ -219,13 +219,13 @@ def _row(
 ) -> tuple[list[np.ndarray], list[float], dict[str, list[np.ndarray]]]:
     """Return rates and disk margins over x, and the rates with other settings."""
     try:
-        bench = make_bench(scenario, at, _SIGNALS, _SIGNALS)
+        workpoint = make_workpoint(scenario, at, _SIGNALS, _SIGNALS)
     except AnalysisError:
         n, unknown = len(kind.x.values), np.full(2, np.nan)
         return [unknown] * n, [np.nan] * n, {name: [unknown] * n for name in compared}
     rates, disk, others = [], [], {name: [] for name in compared}
     for x in kind.x.values:
-        varied = bench.varied({kind.x.key: x})
+        varied = workpoint.varied({kind.x.key: x})
         rates.append(growth_rates(varied, torso))
         disk.append(_disk_margin(varied, torso))
         for name, changes in compared.items():
@@ -233,34 +233,36 @@ def _row(
     return rates, disk, others
 
 
-def _disk_margin(bench: Bench, torso: FlexibleTorso | None) -> float:
+def _disk_margin(workpoint: Workpoint, torso: FlexibleTorso | None) -> float:
     """Return the disk margin of all force signals at once; 0 where the loop is unstable."""
-    matrices = with_torso(bench, torso, bench.select([LOOP]))
+    matrices = with_torso(workpoint, torso, workpoint.select([LOOP]))
     kept = essential(matrices)
     loop = control.StateSpace(
         matrices.A[np.ix_(kept, kept)],
         matrices.B[kept],
         -matrices.C[:, kept],
         -matrices.D,
-        bench.blocks.period,
+        workpoint.blocks.period,
         remove_useless_states=False,
     )
     found = matrix_margins(loop, 200)
     return found.disk if found.stable else 0.0
 
 
-def _at_setting(bench: Bench, torso: FlexibleTorso | None) -> AtSetting:
-    return AtSetting(growth_rate(bench, torso), largest_share(bench, torso) if torso else None)
+def _at_setting(workpoint: Workpoint, torso: FlexibleTorso | None) -> AtSetting:
+    return AtSetting(
+        growth_rate(workpoint, torso), largest_share(workpoint, torso) if torso else None
+    )
 
 
-def largest_share(bench: Bench, torso: FlexibleTorso) -> float:
-    """Return up to which share of a torso's mode a bench is stable, 0 to 1, to within 0.005."""
+def largest_share(workpoint: Workpoint, torso: FlexibleTorso) -> float:
+    """Return up to which share of a torso's mode a workpoint is stable, 0 to 1, to within 0.005."""
     low, high = 0.0, 1.0
-    if growth_rate(bench, replace(torso, share=high)) < 0:
+    if growth_rate(workpoint, replace(torso, share=high)) < 0:
         return high
     while high - low > 0.005:
         middle = 0.5 * (low + high)
-        stable = growth_rate(bench, replace(torso, share=middle)) < 0
+        stable = growth_rate(workpoint, replace(torso, share=middle)) < 0
         low, high = (middle, high) if stable else (low, middle)
     return low
 

@@ -10,7 +10,7 @@ from lola_drake.linear.frequency import frequency_response
 from lola_drake.linear.isolated import own_context
 from lola_drake.linear.linearize import state_space
 from lola_drake.linear.studies.text_table import Table
-from lola_drake.linear.studies.workpoint import Bench
+from lola_drake.linear.studies.workpoint import Workpoint
 from lola_drake.robot import PADS
 from lola_drake.signals import JOINTS
 from lola_drake.theory.contact_model import contact_matrix
@@ -22,10 +22,10 @@ _DIRECTIONS = ("sin_gamma_x", "sin_gamma_y", "z")
 _LEG_JOINTS = tuple(joint for joint in JOINTS if len(joint) == 4 and joint[0] == "t")[:14]
 
 
-def extra_tables(name: str, bench: Bench) -> list[Table]:
+def extra_tables(name: str, workpoint: Workpoint) -> list[Table]:
     """Return the tables that belong to a named analysis alone."""
     makers = {"contact": contact_table, "servo": servo_table}
-    return [makers[name](bench)] if name in makers else []
+    return [makers[name](workpoint)] if name in makers else []
 
 
 def signals_of_tables(name: str) -> tuple[str, ...]:
@@ -35,17 +35,17 @@ def signals_of_tables(name: str) -> tuple[str, ...]:
     return ("plant.state",) if name == "servo" else ()
 
 
-def contact_table(bench: Bench) -> Table:
+def contact_table(workpoint: Workpoint) -> Table:
     """Compare U with the stiffness of the plant's contact, and with what the controller meets.
 
     The contact itself is the wrench of the left foot over the motion of its TCP against the
     ground; what the controller meets is the wrench over the commanded motion, with servos, the
     robot's own motion and the sensor between them.
     """
-    stiffness = bench.scenario.control.force.model_stiffness
+    stiffness = workpoint.scenario.control.force.model_stiffness
     U = contact_matrix(PADS, stiffness / sum(pad.area for pad in PADS))
-    true = bench.scenario.ground.stiffness / stiffness
-    contact, met = contact_responses(bench, CONTACT_FREQUENCIES)
+    true = workpoint.scenario.ground.stiffness / stiffness
+    contact, met = contact_responses(workpoint, CONTACT_FREQUENCIES)
     rows = [("U of the controller", "", *_three(np.diag(U)))]
     rows += [("U of the ground", "", *_three(np.diag(U) * true))]
     for kind, values in (("contact in the plant", contact), ("met by the controller", met)):
@@ -58,19 +58,21 @@ def contact_table(bench: Bench) -> Table:
     )
 
 
-def contact_responses(bench: Bench, frequencies: Sequence[float]) -> tuple[np.ndarray, np.ndarray]:
+def contact_responses(
+    workpoint: Workpoint, frequencies: Sequence[float]
+) -> tuple[np.ndarray, np.ndarray]:
     """Return the wrench of the left foot over its TCP's motion, and over the commanded motion.
 
     Both of shape (n, 3, 3); the command moves positions and rates together.
     """
     names = [f"task_command_l.{kind}.{name}" for kind in ("w", "w_dot") for name in _DIRECTIONS]
     model = state_space(
-        bench.blocks,
-        bench.select(names),
-        bench.select(["contact_wrench_l"]),
-        bench.select(["task_command_l", "task_command_r", "torso_orientation"]),
+        workpoint.blocks,
+        workpoint.select(names),
+        workpoint.select(["contact_wrench_l"]),
+        workpoint.select(["task_command_l", "task_command_r", "torso_orientation"]),
     )
-    observed = _observing_tcp(bench, model)
+    observed = _observing_tcp(workpoint, model)
     response = frequency_response(observed, np.array(frequencies)).values
     z = np.exp(2j * np.pi * np.array(frequencies) * model.dt)
     rate = ((z - 1) / model.dt)[:, None, None]
@@ -79,11 +81,11 @@ def contact_responses(bench: Bench, frequencies: Sequence[float]) -> tuple[np.nd
     return wrench @ np.linalg.inv(motion), wrench
 
 
-def _observing_tcp(bench: Bench, model: control.StateSpace) -> control.StateSpace:
+def _observing_tcp(workpoint: Workpoint, model: control.StateSpace) -> control.StateSpace:
     """Return the model with the TCP's sines and height in W as further outputs."""
-    plant = bench.blocks.wiring.blocks["plant"]
+    plant = workpoint.blocks.wiring.blocks["plant"]
     jacobian = plant.CalcJacobianSpatialVelocity(
-        own_context(plant, bench.situation.context),
+        own_context(plant, workpoint.situation.context),
         JacobianWrtVariable.kV,
         plant.GetFrameByName("tcp_l"),
         np.zeros(3),
@@ -103,16 +105,19 @@ def _observing_tcp(bench: Bench, model: control.StateSpace) -> control.StateSpac
     )
 
 
-def servo_table(bench: Bench) -> Table:
+def servo_table(workpoint: Workpoint) -> Table:
     """Return the bandwidth of every leg joint: angle over commanded angle, the rate fed forward."""
     frequencies = np.geomspace(0.5, 200.0, 150)
-    z = np.exp(2j * np.pi * frequencies * bench.blocks.period)
-    rate = (z - 1) / bench.blocks.period
-    opened, rows = bench.select(["joint_command"]), []
+    z = np.exp(2j * np.pi * frequencies * workpoint.blocks.period)
+    rate = (z - 1) / workpoint.blocks.period
+    opened, rows = workpoint.select(["joint_command"]), []
     for joint in _LEG_JOINTS:
         names = [f"joint_command.{kind}.{joint}" for kind in ("q", "q_dot")]
         model = state_space(
-            bench.blocks, bench.select(names), bench.select([f"plant.state.q.{joint}"]), opened
+            workpoint.blocks,
+            workpoint.select(names),
+            workpoint.select([f"plant.state.q.{joint}"]),
+            opened,
         )
         response = frequency_response(model, frequencies).values[:, 0]
         plain, fed = response[:, 0], response[:, 0] + rate * response[:, 1]

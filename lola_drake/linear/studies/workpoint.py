@@ -25,7 +25,7 @@ _BLOCKS = {
 
 
 @dataclass(frozen=True)
-class Bench:
+class Workpoint:
     """A scenario at an operating point, block by block.
 
     Attributes:
@@ -47,8 +47,8 @@ class Bench:
         """Return the entries of signals by their names."""
         return [self.blocks.select(name) for name in names]
 
-    def varied(self, changes: Mapping[str, object]) -> "Bench":
-        """Return the bench of the scenario with some parameters changed.
+    def varied(self, changes: Mapping[str, object]) -> "Workpoint":
+        """Return the workpoint of the scenario with some parameters changed.
 
         Args:
             changes: dotted keys of the scenario and their new values.
@@ -56,19 +56,19 @@ class Bench:
         scenario = override(self.scenario, changes)
         names = [_blocks_of(key) for key in changes]
         if None in names or self.situation.residual is None:
-            return make_bench(scenario, self.at, self.inputs, self.outputs)
+            return make_workpoint(scenario, self.at, self.inputs, self.outputs)
         changed = build_simulation(quiet(scenario))
         blocks = self.blocks.with_blocks(changed, [name for group in names for name in group])
         return replace(self, scenario=scenario, blocks=blocks)
 
 
-def make_bench(
+def make_workpoint(
     scenario: Scenario,
     at: str,
     inputs: Iterable[str] = (),
     outputs: Iterable[str] = (),
     point: Situation | None = None,
-) -> Bench:
+) -> Workpoint:
     """Linearise all blocks of a scenario at an operating point.
 
     Args:
@@ -83,7 +83,7 @@ def make_bench(
     inputs, outputs = tuple(inputs), tuple(outputs)
     added, read = ([wiring.select(name) for name in names] for names in (inputs, outputs))
     blocks = linear_blocks(point.diagram, point.context, added, read)
-    return Bench(scenario, at, point, blocks, inputs, outputs)
+    return Workpoint(scenario, at, point, blocks, inputs, outputs)
 
 
 def _blocks_of(key: str) -> tuple[str, ...] | None:
