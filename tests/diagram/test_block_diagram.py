@@ -18,7 +18,7 @@ from lola_drake.diagram.sheet import draw_sheet
 from lola_drake.scenario import load_scenario
 from lola_drake.simulation import build_simulation
 
-COMMITTED = Path(__file__).parent.parent / "diagrams"
+COMMITTED = Path(__file__).parents[2] / "diagrams"
 
 
 @pytest.fixture(scope="module")
