@@ -90,7 +90,7 @@ def analyse(
     Args:
         name: one of `named_analyses.NAMED_ANALYSES`.
         scenario: its parameters, and for `t=...` what runs.
-        at: the operating point as in `operating_points.situation`; None for the definition's own.
+        at: the operating point as in `operating_points.situation`; None for the analysis's own.
         locus: whether to compute the root locus too.
     """
     how = named_analysis(name)
@@ -110,7 +110,7 @@ def analyse(
 
 
 def part(workpoint: Workpoint, how: NamedAnalysis) -> control.StateSpace:
-    """Return the definition's model of a workpoint."""
+    """Return the model that a named analysis is about, at a workpoint."""
     return state_space(
         workpoint.blocks,
         workpoint.select(how.inputs),
@@ -130,7 +130,7 @@ def open_at(workpoint: Workpoint, signal: str) -> Loop:
 
 
 def root_locus(workpoint: Workpoint, how: NamedAnalysis) -> Locus:
-    """Return the poles of the definition's model over its knob."""
+    """Return the poles of a named analysis's model over its knob."""
     found = []
     for value in how.values:
         model = part(workpoint.varied({how.knob: value}), how)
