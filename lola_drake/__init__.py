@@ -9,16 +9,16 @@ from typing import Any
 
 _HOME = {
     "build_simulation": "simulation",
-    "linearize": "analysis.linear.linearize",
+    "linearize": "linear.linearize",
     "load_result": "results",
     "load_scenario": "scenario",
-    "open_loop": "analysis.linear.open_loop",
+    "open_loop": "linear.open_loop",
     "Result": "results",
-    "save_diagram": "analysis.block_diagram",
+    "save_diagram": "diagram.block_diagram",
     "Scenario": "scenario",
     "ScenarioError": "scenario",
     "simulate": "simulation",
-    "write_report": "analysis.pictures",
+    "write_report": "reports.run_report",
 }
 
 __all__ = list(_HOME)

@@ -18,7 +18,7 @@ def main() -> None:
         os.environ[_TUNABLES] = _MALLOC
         os.execv(sys.executable, [sys.executable, *sys.orig_argv[1:]])
 
-    from lola_drake.cli import app
+    from lola_drake.cli.app import app
 
     app(prog_name="lola")
 

@@ -79,7 +79,7 @@ def straight_walk(play_pattern):
 @pytest.fixture(scope="session")
 def standing():
     """Return the equilibrium of the closed loop on both feet."""
-    from lola_drake.analysis.linear.operating_points import situation
+    from lola_drake.linear.studies.operating_points import situation
     from lola_drake.scenario import load_scenario
 
     return situation(load_scenario("stand"), "stand")
@@ -88,7 +88,7 @@ def standing():
 @pytest.fixture(scope="session")
 def on_left():
     """Return the equilibrium of the closed loop on the left foot."""
-    from lola_drake.analysis.linear.operating_points import situation
+    from lola_drake.linear.studies.operating_points import situation
     from lola_drake.scenario import load_scenario
 
     return situation(load_scenario("stand"), "left")

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from lola_drake.analysis.contact_events import landings
-from lola_drake.analysis.variants_figure import variants_figure
+from lola_drake.contact_events import landings
+from lola_drake.figures.variants_figure import variants_figure
 from lola_drake.scenario import Scenario
 from lola_drake.signals import CONTACT, FEET
 

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 from mcap.reader import make_reader
 
-from lola_drake.analysis.mcap_export import export_mcap, message_schema, message_template
-from lola_drake.analysis.picture_file import PictureError
+from lola_drake.atomic_file import OutputError
 from lola_drake.logged import LOGGED
+from lola_drake.mcap_export import export_mcap, message_schema, message_template
 
 
 @pytest.fixture(scope="module")
@@ -84,6 +84,6 @@ def test_the_file_says_what_was_run(run, content):
 
 def test_a_missing_package_is_said_in_one_line(run, tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "mcap.writer", None)
-    with pytest.raises(PictureError, match="pip install"):
+    with pytest.raises(OutputError, match="pip install"):
         export_mcap(run, tmp_path / "run.mcap")
     assert not list(tmp_path.iterdir())

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from lola_drake.analysis.contact_events import landings
+from lola_drake.contact_events import landings
 from lola_drake.metrics import inclination_deg, torque_error
 from lola_drake.signals import FEET, GAIT_PHASE
 

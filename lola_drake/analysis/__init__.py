@@ -1,1 +1,0 @@
-"""What looks at a simulation or its record: pictures, figures, replays, reports."""

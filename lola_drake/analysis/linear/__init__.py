@@ -1,1 +1,0 @@
-"""Linear models of any part of the loop, and what they say about it."""

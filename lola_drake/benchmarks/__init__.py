@@ -1,0 +1,1 @@
+"""How long a tick takes, beside the bare plant and beside MuJoCo."""

@@ -1,0 +1,200 @@
+"""How long a tick takes and where the time goes, measured in steady walking.
+
+Three things take turns in one process, so that a busy machine slows all of them: the closed loop;
+the bare plant, whose servos get the very same commands again, so that it walks the same way to the
+last bit; and every block on its own, with the inputs that it has in that tick. One repeat is one
+stride. Judge by the ratio of the first two: all else depends on the machine.
+"""
+
+import os
+import re
+import resource
+import subprocess
+import sys
+import time
+import timeit
+from collections.abc import Callable, Iterable
+from pathlib import Path
+
+import numpy as np
+from pydrake.systems.analysis import Simulator
+from pydrake.systems.framework import Context, Diagram, LeafSystem
+
+from lola_drake.benchmarks.bare_plant import bare_plant, record_commands
+from lola_drake.results import software_versions
+from lola_drake.scenario import Scenario, load_scenario
+from lola_drake.signals import PERIOD, on_tick
+from lola_drake.simulation import build_simulation
+
+TURN = 0.05
+"""Simulated time after which closed loop and plant take turns (s)."""
+
+LOOKS = 4
+"""How often in a stride the blocks are measured."""
+
+CALLS, BATCHES = 10, 5
+"""How often each block is evaluated then: the quickest batch counts."""
+
+
+def bench(repeats: int = 5, progress: Callable[[int], None] | None = None) -> dict[str, object]:
+    """Measure and return the content of bench.json.
+
+    Args:
+        repeats: number of strides that are measured.
+        progress: called with the number of strides measured so far.
+    """
+    scenario, begin, stride = steady_walk(repeats)
+    end = begin + repeats * stride
+    imports, builds = _import_times(), _build_times(scenario)
+    commands = record_commands(scenario, end)
+    loop, plant = Simulator(build_simulation(scenario)), Simulator(bare_plant(scenario, commands))
+    for simulator in (loop, plant):
+        simulator.AdvanceTo(begin)
+    loop_us, plant_us, blocks_us = [], [], []
+    for repeat in range(repeats):
+        taken, looks = np.zeros(2), []
+        turns = round(stride / TURN)
+        for turn in range(turns):
+            until = begin + repeat * stride + (turn + 1) * TURN
+            taken += [time_to_advance(simulator, until) for simulator in (loop, plant)]
+            if (turn + 1) % (turns // LOOKS) == 0:
+                looks.append(_block_times(loop.get_system(), loop.get_context()))
+        loop_us.append(taken[0] / stride * PERIOD * 1e6)
+        plant_us.append(taken[1] / stride * PERIOD * 1e6)
+        blocks_us.append({name: np.mean([look[name] for look in looks]) for name in looks[0]})
+        if progress is not None:
+            progress(repeat + 1)
+    _check_same_motion(loop, plant)
+    tick = np.array(loop_us)
+    return {
+        "scenario": scenario.name,
+        "repeats": repeats,
+        "closed_loop_over_plant": spread(tick / plant_us),
+        "real_time_factor": spread(PERIOD * 1e6 / tick),
+        "tick_us": {
+            "closed_loop": spread(tick),
+            "plant": spread(plant_us),
+            "all_blocks": spread([sum(times.values()) for times in blocks_us]),
+            "blocks": {name: spread([times[name] for times in blocks_us]) for name in blocks_us[0]},
+        },
+        "import_s": spread(imports),
+        "build_s": spread(builds),
+        "peak_memory_mb": peak_memory_mb(),
+        "cpu_count": os.cpu_count(),
+        "versions": software_versions(),
+    }
+
+
+def steady_walk(repeats: int) -> tuple[Scenario, float, float]:
+    """Return a walk that is long enough, when it is steady, and how long a stride takes (s)."""
+    scenario = load_scenario("walk_flat")
+    pattern = scenario.pattern
+    begin = scenario.walk.start_time + pattern.first_double_support + 2 * pattern.step_time
+    stride = 2 * pattern.step_time
+    steps = 2 * repeats + 6
+    return load_scenario("walk_flat", {"walk.steps.0.count": steps}), on_tick(begin), stride
+
+
+def time_to_advance(simulator: Simulator, until: float) -> float:
+    """Return how long it takes to simulate until the tick that is then (s)."""
+    begin = time.perf_counter()
+    simulator.AdvanceTo(on_tick(until))
+    return time.perf_counter() - begin
+
+
+def _block_times(diagram: Diagram, root: Context) -> dict[str, float]:
+    """Return how long each block takes for its outputs and its update (us).
+
+    Without what the plant computes for a sensor: that is part of the closed loop alone.
+    """
+    controller = diagram.GetSubsystemByName("controller")
+    sensors = [system for system in diagram.GetSystems() if _is_block(system)]
+    return {
+        block.get_name(): _time_alone(block, block.GetMyContextFromRoot(root))
+        for block in (*controller.GetSystems(), *sensors)
+    }
+
+
+def _is_block(system) -> bool:
+    return type(system).__module__.startswith("lola_drake.blocks.")
+
+
+def _time_alone(block: LeafSystem, original: Context) -> float:
+    """Return how long a block takes with its inputs held as they are (us)."""
+    context = block.CreateDefaultContext()
+    for i in range(block.num_input_ports()):
+        port = block.get_input_port(i)
+        port.FixValue(context, port.Eval(original))
+    outputs = [block.get_output_port(i) for i in range(block.num_output_ports())]
+    updates = original.num_discrete_state_groups() > 0
+
+    def restore() -> None:
+        context.SetTimeStateAndParametersFrom(original)
+
+    def read() -> None:
+        for output in outputs:
+            output.Eval(context)
+
+    def work() -> None:
+        restore()
+        read()
+        if updates:
+            block.EvalUniquePeriodicDiscreteUpdate(context)
+
+    working, restoring = _quickest_us(work), _quickest_us(restore)
+    read()  # now everything is in the cache
+    return working - restoring - _quickest_us(read)
+
+
+def _quickest_us(call: Callable[[], None]) -> float:
+    return min(timeit.repeat(call, number=CALLS, repeat=BATCHES)) / CALLS * 1e6
+
+
+def _check_same_motion(loop: Simulator, plant: Simulator) -> None:
+    """Raise an error unless both plants are in the same state, to the last bit."""
+    states = []
+    for simulator in (loop, plant):
+        body = simulator.get_system().GetSubsystemByName("plant")
+        context = body.GetMyContextFromRoot(simulator.get_context())
+        states.append(body.GetPositionsAndVelocities(context))
+    if not np.array_equal(*states):
+        raise ArithmeticError("the bare plant has not walked as the closed loop has")
+
+
+def _import_times(repeats: int = 3) -> list[float]:
+    """Return how long a fresh interpreter takes to import everything a simulation needs (s)."""
+    code = (
+        "import time; begin = time.perf_counter(); import lola_drake; lola_drake.simulate; "
+        "print(time.perf_counter() - begin)"
+    )
+    command = [sys.executable, "-c", code]
+    return [
+        float(subprocess.run(command, check=True, capture_output=True, text=True).stdout)
+        for _ in range(repeats)
+    ]
+
+
+def _build_times(scenario: Scenario, repeats: int = 3) -> list[float]:
+    """Return how long the diagram of the closed loop takes to build (s)."""
+    taken = []
+    for _ in range(repeats):
+        begin = time.perf_counter()
+        build_simulation(scenario)
+        taken.append(time.perf_counter() - begin)
+    return taken
+
+
+def peak_memory_mb() -> float:
+    """Return the greatest memory this process has had (MB)."""
+    status = Path("/proc/self/status")
+    if status.exists():
+        # What Linux reports as ru_maxrss begins with the memory of the parent process.
+        peak = re.search(r"VmHWM:\s*(\d+) kB", status.read_text(encoding="ascii"))
+        return int(peak[1]) * 1024 / 1e6
+    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e6
+
+
+def spread(values: Iterable[float]) -> dict[str, float]:
+    """Return the least and the median of repeated measurements."""
+    values = np.asarray(values)
+    return {"min": float(values.min()), "median": float(np.median(values))}

@@ -1,0 +1,1 @@
+"""The `lola` command: one file a theme, put together in `app`."""

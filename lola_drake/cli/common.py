@@ -1,0 +1,78 @@
+"""What the commands of `lola` share."""
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from time import monotonic
+from typing import Annotated
+
+import typer
+from rich.console import Console
+from rich.progress import BarColumn, Progress, ProgressColumn, TextColumn, TimeElapsedColumn
+
+INTERRUPTED = 130
+"""Exit code after Ctrl-C, as shells give it."""
+
+Json = Annotated[bool, typer.Option("--json", help="Print the result as JSON, and nothing else.")]
+
+ScenarioName = Annotated[str, typer.Argument(help="A name from `lola list`, or a YAML file.")]
+
+Changes = Annotated[
+    list[str] | None,
+    typer.Option("--set", metavar="KEY=VALUE", help="Change a value; may be repeated."),
+]
+
+Host = Annotated[
+    str, typer.Option(help="Where a browser may be; * lets everybody in who reaches this machine.")
+]
+
+
+@contextmanager
+def errors_in_one_line() -> Iterator[None]:
+    """Exit with code 2 and one line on stderr where a user's input cannot be used."""
+    from lola_drake.atomic_file import OutputError
+    from lola_drake.linear.errors import AnalysisError
+    from lola_drake.results import ResultError
+    from lola_drake.scenario import ScenarioError
+
+    try:
+        yield
+    except (ScenarioError, ResultError, OutputError, AnalysisError) as error:
+        typer.echo(f"lola: {error}", err=True)
+        raise typer.Exit(2) from None
+
+
+COUNT = TextColumn("{task.completed} of {task.total}")
+"""How much is done, in a progress bar of things that are counted."""
+
+
+_REDRAWN = 0.2
+"""Least time between two pictures of a progress bar that has no thread of its own (s)."""
+
+
+@contextmanager
+def progress_bar(
+    name: str, total: float | None, *columns: ProgressColumn, thread: bool = True
+) -> Iterator[Callable[..., None]]:
+    """Show a progress bar on stderr; gives the function that takes what is done, and of how much.
+
+    Args:
+        name: what is going on.
+        total: how much there is to do; None if that is not known yet.
+        columns: what to show behind the bar.
+        thread: whether the bar's clock goes on by itself. The thread for it slows a simulation in
+            the same process by 2 %; without one the bar is drawn when something is done.
+    """
+    columns = TextColumn(name), BarColumn(), *columns, TimeElapsedColumn()
+    console = Console(stderr=True)
+    with Progress(*columns, console=console, transient=True, auto_refresh=thread) as progress:
+        task, drawn = progress.add_task(name, total=total), 0.0
+
+        def advance(done: float, of: float | None = total) -> None:
+            nonlocal drawn
+            now = monotonic()
+            due = not thread and now - drawn >= _REDRAWN
+            if due:
+                drawn = now
+            progress.update(task, completed=done, total=of, refresh=due)
+
+        yield advance

@@ -1,0 +1,132 @@
+"""The commands of `lola` that show something: diagrams, reports, films, the live robot, exports."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from lola_drake.cli.common import Changes, Host, ScenarioName, errors_in_one_line
+
+if TYPE_CHECKING:
+    from lola_drake.results import Result
+    from lola_drake.scenario import Scenario
+    from lola_drake.view3d.live import LiveView
+
+app = typer.Typer()
+
+
+def live_view(scenario: "Scenario", host: str) -> "LiveView":
+    """Return what shows a simulation in a browser, and say where."""
+    from lola_drake.view3d.live import LiveView
+    from lola_drake.view3d.scene import open_meshcat
+
+    meshcat = open_meshcat(host=host, live=True)
+    typer.echo(f"waiting for a browser at {meshcat.web_url()}", err=True)
+    return LiveView(scenario, meshcat)
+
+
+def write_views(result: "Result", folder: Path, *, pictures: bool, video: bool) -> None:
+    """Write what a run's user wants to see into its folder."""
+    if pictures:
+        from lola_drake.reports.run_report import write_pictures
+
+        write_pictures(result, folder)
+    if video:
+        from lola_drake.view3d.video import save_video
+
+        save_video(result, folder / "video.webp")
+
+
+@app.command()
+def diagram(
+    scenario: ScenarioName = "walk_flat",
+    depth: Annotated[
+        int, typer.Option(min=0, help="Levels to open; 0 shows one block with all its signals.")
+    ] = 1,
+    system: Annotated[
+        str | None, typer.Option(help="Only this system, by its name in the diagram.")
+    ] = None,
+    logging: Annotated[bool, typer.Option("--logging", help="Show the logs, too.")] = False,
+    output: Annotated[
+        Path | None,
+        typer.Option("--output", "-o", help="File ending in .svg, .png, .pdf or .dot."),
+    ] = None,
+    all_: Annotated[
+        bool, typer.Option("--all", help="Write every picture, with an index, into a folder.")
+    ] = False,
+) -> None:
+    """Draw the block diagram of a simulation, or of one system in it."""
+    from lola_drake.diagram.block_diagram import save_diagram, write_all
+    from lola_drake.scenario import load_scenario
+    from lola_drake.simulation import build_simulation
+
+    with errors_in_one_line():
+        if all_:
+            written = write_all(output or Path("diagrams"))
+        else:
+            simulation = build_simulation(load_scenario(scenario))
+            options = {"system": system, "depth": depth, "logging": logging}
+            path = output or Path(f"{system or 'simulation'}.svg")
+            written = [save_diagram(simulation, path, **options)]
+    for path in written:
+        print(path)
+
+
+@app.command()
+def report(
+    runs: Annotated[list[Path], typer.Argument(help="Folders of runs; the first is the base.")],
+    output: Annotated[Path, typer.Option("--output", "-o", help="File ending in .html.")] = Path(
+        "report.html"
+    ),
+    video: Annotated[
+        Path | None, typer.Option(help="Also a film of the first run, .webp or .mp4.")
+    ] = None,
+) -> None:
+    """Write one page about some runs, side by side: metrics, replays, figures, settings."""
+    from lola_drake.reports.run_report import write_report
+    from lola_drake.results import load_result
+    from lola_drake.view3d.video import save_video
+
+    with errors_in_one_line():
+        results = [load_result(run) for run in runs]
+        print(write_report(results, output))
+        if video is not None:
+            print(save_video(results[0], video))
+
+
+@app.command()
+def walk(
+    scenario: Annotated[
+        str, typer.Argument(help="Where to walk: a scenario without steps of its own.")
+    ] = "stand",
+    changes: Changes = None,
+    host: Host = "localhost",
+) -> None:
+    """Steer the robot in a browser: by sliders, keys or gamepad; nothing is recorded."""
+    from lola_drake.scenario import load_scenario
+    from lola_drake.view3d.live import walk_live
+
+    with errors_in_one_line():
+        chosen = load_scenario(scenario, changes or [])
+        walk_live(chosen, live_view(chosen, host))
+
+
+@app.command()
+def export(
+    run: Annotated[Path, typer.Argument(help="Folder of a run.")],
+    mcap: Annotated[
+        bool, typer.Option("--mcap", help="As MCAP, for Foxglove and PlotJuggler.")
+    ] = False,
+    rate: Annotated[float, typer.Option(min=1, max=1000, help="Messages per second.")] = 1000.0,
+    output: Annotated[
+        Path | None, typer.Option("--output", "-o", help="File (RUN/signals.mcap).")
+    ] = None,
+) -> None:
+    """Write the signals of a run in the format of another tool."""
+    from lola_drake.mcap_export import export_mcap
+    from lola_drake.results import load_result
+
+    if not mcap:
+        raise typer.BadParameter("say in which format, there is --mcap")
+    with errors_in_one_line():
+        print(export_mcap(load_result(run), output or run / "signals.mcap", rate=rate))

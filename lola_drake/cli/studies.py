@@ -1,0 +1,143 @@
+"""The commands of `lola` that run many simulations: compare, reproduce, tune."""
+
+import json
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+from rich.console import Console
+
+from lola_drake.cli.common import (
+    COUNT,
+    INTERRUPTED,
+    Changes,
+    Json,
+    ScenarioName,
+    errors_in_one_line,
+    progress_bar,
+)
+
+if TYPE_CHECKING:
+    from lola_drake.studies.study import Study
+
+app = typer.Typer()
+
+Jobs = Annotated[int, typer.Option(min=1, help="Simulations that run at a time.")]
+Folder = Annotated[Path | None, typer.Option("--output", "-o", help="Folder of what is written.")]
+
+
+@app.command()
+def compare(
+    scenario: ScenarioName,
+    variants: Annotated[str, typer.Option(help="Of the controller, the first is the base.")] = (
+        "ref,dyn"
+    ),
+    changes: Changes = None,
+    output: Folder = None,
+    force: Annotated[
+        bool, typer.Option("--force", help="Replace the comparison in that folder.")
+    ] = False,
+    jobs: Jobs = 2,
+    as_json: Json = False,
+) -> None:
+    """Run a scenario in several variants; write a table and a figure of them side by side."""
+    from lola_drake.results import check_folder
+    from lola_drake.scenario import load_scenario
+    from lola_drake.studies.tables import comparison_table
+    from lola_drake.studies.variants import (
+        COMPARISON_FILES,
+        comparison,
+        run_variants,
+        write_comparison,
+    )
+
+    with errors_in_one_line():
+        chosen = load_scenario(scenario, changes or [])
+        folder = output or Path("runs") / f"compare_{chosen.name}"
+        check_folder(folder, force=force, files=COMPARISON_FILES, what="comparison")
+        with Console(stderr=True).status(f"{chosen.name}: {variants}"):
+            results = run_variants(chosen, variants.split(","), jobs)
+        write_comparison(results, folder, force=force)
+    if as_json:
+        print(json.dumps(comparison(results), indent=2))
+        return
+    Console().print(comparison_table(comparison(results)))
+    print(f"written to {folder}")
+
+
+@app.command()
+def reproduce(
+    samples: Annotated[
+        int, typer.Option(min=0, help="Sampled worlds; 0 for the scenarios as they are.")
+    ] = 0,
+    output: Folder = None,
+    jobs: Jobs = 2,
+    as_json: Json = False,
+) -> None:
+    """Repeat all experiments of the paper; one table, paper against simulation.
+
+    A study that was stopped goes on where it was when it is started again.
+    """
+    from lola_drake.figures.run_figures import save_figure
+    from lola_drake.studies.reproduction import EXPERIMENTS, reproduction, run_experiments
+    from lola_drake.studies.reproduction_figure import reproduction_figure
+    from lola_drake.studies.study import Study, write_json
+    from lola_drake.studies.tables import reproduction_table
+
+    folder = output or Path("runs") / "reproduction"
+    total = 2 * len(EXPERIMENTS) * max(samples, 1)
+    with errors_in_one_line():
+        study = Study(folder / "runs.jsonl")
+        with _keeping(study), progress_bar("reproduction", total, COUNT) as advance:
+            outcomes = run_experiments(study, samples, jobs, advance)
+        content = reproduction(outcomes)
+        write_json(content, folder / "reproduction.json")
+        save_figure(reproduction_figure(outcomes), folder, "reproduction")
+    if as_json:
+        print(json.dumps(content, indent=2))
+        return
+    Console().print(reproduction_table(content))
+    print(f"written to {folder}")
+
+
+@app.command()
+def tune(
+    samples: Annotated[int, typer.Option(min=1, help="Worlds in which gains are judged.")] = 4,
+    budget: Annotated[int, typer.Option(min=1, help="Number of gains that are tried.")] = 30,
+    output: Folder = None,
+    jobs: Jobs = 2,
+    as_json: Json = False,
+) -> None:
+    """Search for the gains with which the reference controller falls and inclines least.
+
+    A search that was stopped goes on where it was when it is started again.
+    """
+    from lola_drake.studies.study import Study, write_json
+    from lola_drake.studies.tables import tuning_table
+    from lola_drake.studies.tuning import record
+    from lola_drake.studies.tuning import tune as search
+
+    folder = output or Path("runs") / "tuning"
+    with errors_in_one_line():
+        study = Study(folder / "runs.jsonl")
+        with _keeping(study), progress_bar("trials", budget, COUNT) as advance:
+            trials = search(study, samples, budget, jobs, lambda trials: advance(len(trials)))
+        content = record(trials, samples)
+        write_json(content, folder / "tuning.json")
+    if as_json:
+        print(json.dumps(content, indent=2))
+        return
+    Console().print(tuning_table(content))
+    print(f"written to {folder}")
+
+
+@contextmanager
+def _keeping(study: "Study") -> Iterator[None]:
+    """Say after Ctrl-C that nothing is lost."""
+    try:
+        yield
+    except KeyboardInterrupt:
+        typer.echo(f"lola: stopped; what is done is kept in {study.file}, start again", err=True)
+        raise typer.Exit(INTERRUPTED) from None

@@ -1,0 +1,1 @@
+"""The figures of runs, for papers and reports."""

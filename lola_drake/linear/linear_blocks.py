@@ -1,0 +1,115 @@
+"""All blocks of a system, linearised at one operating point."""
+
+from collections.abc import Iterable
+
+from pydrake.systems.framework import Context, System
+
+from lola_drake.linear.block_jacobian import block_jacobian
+from lola_drake.linear.errors import AnalysisError
+from lola_drake.linear.interconnection import LinearBlocks
+from lola_drake.linear.isolated import IsolatedBlocks, isolate
+from lola_drake.linear.wiring import Selection, Source, Wiring
+
+FROZEN, SWITCHING = ("WalkingPattern",), ("ContactSwitches",)
+"""Classes of blocks that are held: what they say in this tick stays as it is.
+
+The walking pattern does not depend on the robot. Switches do not move by a little; their block is
+let go where another of its signals is read.
+"""
+
+
+def linear_blocks(
+    system: System,
+    context: Context,
+    inputs: Iterable[Selection],
+    outputs: Iterable[Selection],
+    *,
+    hold: Iterable[str] = (),
+    autodiff: bool = True,
+) -> LinearBlocks:
+    """Return the Jacobians of all blocks that have state, and of those between them.
+
+    Args:
+        system: a Diagram or a single block.
+        context: of it, or of a diagram around it; it stays as it is.
+        inputs: signals at which something will be added.
+        outputs: signals that will be read.
+        hold: paths of blocks to hold besides those that always are.
+        autodiff: whether AutoDiff may be used where it is valid.
+    """
+    wiring = Wiring(system)
+    added = {selection.source for selection in inputs}
+    read = {selection.source for selection in outputs}
+    isolated = isolate(wiring, context, added)
+    held = {
+        path
+        for path, block in wiring.blocks.items()
+        if path in hold or _is_held(block, any(source.block == path for source in read))
+    }
+    moving = _moving(isolated, held, read)
+    jacobians = []
+    for group in _groups(wiring, moving, isolated):
+        targets = [
+            target
+            for target, source in wiring.feeds.items()
+            if target.block in group
+            and target in isolated.inputs
+            and (source in added or (source.block in moving and not source.is_input))
+        ]
+        readers = {wiring.feeds[t] for t in isolated.inputs if t.block in moving}
+        sources = sorted(s for s in readers | read if s.block in group and not s.is_input)
+        jacobians.append(block_jacobian(isolated, group, targets, sources, autodiff=autodiff))
+    return LinearBlocks(isolated, tuple(jacobians), tuple(sorted(held)), _period(isolated, moving))
+
+
+def _is_held(block: System, is_read: bool) -> bool:
+    name = type(block).__name__
+    return name in FROZEN or (name in SWITCHING and not is_read)
+
+
+def _moving(isolated: IsolatedBlocks, held: set[str], read: set[Source]) -> set[str]:
+    """Return the blocks that matter: with state or read, and what feeds those."""
+    wiring = isolated.wiring
+    found = {source.block for source in read if not source.is_input}
+    found |= {
+        path
+        for path, instance in isolated.instances.items()
+        if instance.context.num_discrete_state_groups()
+        or instance.context.num_continuous_states()
+        or instance.context.num_abstract_states()
+    }
+    found -= held
+    waiting = list(found)
+    while waiting:
+        reader = waiting.pop()
+        feeding = {
+            source.block
+            for target, source in wiring.feeds.items()
+            if target.block == reader and not source.is_input
+        }
+        waiting += feeding - found - held
+        found |= feeding - held
+    return found
+
+
+def _groups(wiring: Wiring, moving: set[str], isolated: IsolatedBlocks) -> list[list[str]]:
+    """Return the moving blocks, those together that exchange more than vectors."""
+    group_of = {path: {path} for path in wiring.blocks if path in moving}
+    for target, source in wiring.feeds.items():
+        tied = {target.block, source.block} <= moving and not source.is_input
+        if tied and target not in isolated.inputs:
+            joined = group_of[target.block] | group_of[source.block]
+            group_of.update(dict.fromkeys(joined, joined))
+    order = list(group_of)
+    unique = {id(group): group for group in group_of.values()}
+    return [sorted(group, key=order.index) for group in unique.values()]
+
+
+def _period(isolated: IsolatedBlocks, moving: set[str]) -> float | None:
+    """Return the period of all blocks; AnalysisError if they do not all tick together."""
+    periods = {path: isolated.period(path) for path in sorted(moving)}
+    periods = {path: period for path, period in periods.items() if period is not None}
+    if len(set(periods.values())) > 1:
+        which = ", ".join(f"{path} {1e3 * period:g} ms" for path, period in periods.items())
+        raise AnalysisError(f"blocks of different periods cannot be linearised together: {which}")
+    return next(iter(periods.values()), None)

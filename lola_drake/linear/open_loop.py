@@ -1,0 +1,52 @@
+"""Loop transfers: the diagram cut at a signal, from its readers round to its source."""
+
+from collections.abc import Sequence
+
+import control
+from pydrake.systems.framework import Context, Diagram
+
+from lola_drake.linear.linearize import linearize
+
+
+def open_loop(
+    diagram: Diagram,
+    at: str | Sequence[str],
+    context: Context,
+    *,
+    minimal: bool = True,
+    equilibrium: float | None = None,
+) -> control.StateSpace:
+    """Return the loop transfer L at a signal, all other loops being closed.
+
+    The sign is that of negative feedback, as margins are defined: the closed loop is stable up to
+    the first gain or phase that brings L to -1.
+
+    Args:
+        diagram: the closed loop.
+        at: names of signals as in `linearize`, for instance `measured_wrench_l`. Several entries
+            make L a square matrix, whose margins are those of `margins.matrix_margins`.
+        context: the operating point.
+        minimal: as in `linearize`.
+        equilibrium: as in `linearize`.
+    """
+    loop = linearize(
+        diagram, at, at, at=context, opened=at, minimal=minimal, equilibrium=equilibrium
+    )
+    return negated(loop)
+
+
+def negated(loop: control.StateSpace) -> control.StateSpace:
+    """Return -loop with the names and the operating point of `loop`."""
+    system = control.StateSpace(
+        loop.A,
+        loop.B,
+        -loop.C,
+        -loop.D,
+        loop.dt,
+        inputs=loop.input_labels,
+        outputs=loop.output_labels,
+        states=loop.state_labels,
+        remove_useless_states=False,
+    )
+    system.operating_point = loop.operating_point
+    return system

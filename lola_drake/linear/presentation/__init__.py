@@ -1,0 +1,1 @@
+"""How the studies are shown: figures, text, plain numbers."""

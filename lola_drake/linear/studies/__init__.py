@@ -1,0 +1,1 @@
+"""What linear models say about LOLA: operating points, named analyses, maps, the gait."""

@@ -1,0 +1,278 @@
+"""Stability over two parameters: how fast the loop grows where it is unstable, how robust it is."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import control
+import numpy as np
+from joblib import Parallel, delayed
+
+from lola_drake.linear.errors import AnalysisError
+from lola_drake.linear.linearize import essential
+from lola_drake.linear.margins import matrix_margins
+from lola_drake.linear.poles import UNSTABLE
+from lola_drake.linear.studies.flexible_torso import FlexibleTorso, with_torso
+from lola_drake.linear.studies.map_kinds import DELTA, GAIN, SETTINGS, SHARE, MapKind
+from lola_drake.linear.studies.text_table import Table
+from lola_drake.linear.studies.workpoint import Workpoint, make_workpoint
+from lola_drake.scenario import Scenario, override
+
+LOOP = "measured_wrench"
+"""Where the loop is opened for the margin."""
+
+FAST = 5.0
+"""Motions that swing faster than this are kept apart (Hz): between the points of a map the slowest
+decay of all would hide how a fast one goes from stable to unstable."""
+
+FINE = 4
+"""Points that are interpolated between two of a map."""
+
+
+@dataclass(frozen=True)
+class AtSetting:
+    """What one of the paper's two settings does, everything else being the scenario's.
+
+    Attributes:
+        growth: of the fastest growing or slowest decaying motion (1/s).
+        share: up to which part of the torso's mode it is stable; None without that mode.
+    """
+
+    growth: float
+    share: float | None
+
+
+@dataclass(frozen=True)
+class StabilityMap:
+    """A map.
+
+    Attributes:
+        kind: what it is over.
+        at: the operating point.
+        scenario: everything else.
+        torso: its mode, None for a rigid one.
+        rates: growth of the slow and of the fast motions (1/s), shape (2, y, x); the least decay
+            or largest growth of each. NaN where there is no equilibrium.
+        disk: margin at the force sensors (0 where unstable), shape (y, x).
+        settings: what the paper's settings do.
+        setting_rates: `rates` with the paper's settings, where delta is on no axis.
+    """
+
+    kind: MapKind
+    at: str
+    scenario: Scenario
+    torso: FlexibleTorso | None
+    rates: np.ndarray
+    disk: np.ndarray
+    settings: dict[str, AtSetting]
+    setting_rates: dict[str, np.ndarray]
+
+    @property
+    def growth(self) -> np.ndarray:
+        """Return the growth of the fastest growing or slowest decaying motion (1/s)."""
+        return self.rates.max(axis=0)
+
+    def as_text(self) -> str:
+        """Return where it is stable for every value of y, and what the paper's settings do."""
+        x, y = self.kind.x, self.kind.y
+        shown = finer(x.shown(self.scenario))
+        maps = [self.rates, *self.setting_rates.values()]
+        rows = []
+        for k, value in enumerate(y.shown(self.scenario)):
+            growths = [
+                np.array([finer(rate) for rate in rates[:, k]]).max(axis=0) for rates in maps
+            ]
+            spans = [_spans(shown, growth < 0) for growth in growths]
+            rows.append((f"{value:.4g}", *spans, f"{np.nanmax(self.disk[k], initial=0.0):.2f}"))
+        others = [f"with the {name}'s δ and g_a" for name in self.setting_rates]
+        header = (y.label, f"stable for {x.label}", *others, "best disk margin")
+        table = Table(f"{self.kind.doc}, at {self.at}", header, tuple(rows))
+        return f"{table.as_text()}\n\n{self._settings_table().as_text()}"
+
+    def _settings_table(self) -> Table:
+        """Return what the paper's settings do as a table."""
+        header = ("", "δ (ms)", "g_a", "growth (1/s)", "stable")
+        rows = [
+            (
+                name,
+                f"{1e3 * SETTINGS[name][DELTA]:g}",
+                f"{SETTINGS[name][GAIN]:g}",
+                f"{found.growth:.3g}",
+                "yes" if found.growth < 0 else "NO",
+            )
+            for name, found in self.settings.items()
+        ]
+        if self.torso:
+            header += ("stable up to a share of",)
+            rows = [
+                (*row, f"{found.share:.2f}")
+                for row, found in zip(rows, self.settings.values(), strict=True)
+            ]
+        return Table("The paper's two settings", header, tuple(rows))
+
+    def as_numbers(self) -> dict[str, object]:
+        """Return the map as what JSON can hold."""
+        return {
+            "at": self.at,
+            "torso": vars(self.torso) if self.torso else None,
+            "x": {"key": self.kind.x.key, "values": list(self.kind.x.values)},
+            "y": {"key": self.kind.y.key, "values": list(self.kind.y.values)},
+            "growth_per_s": _without_nan(self.growth),
+            "disk_margin": _without_nan(self.disk),
+            "settings": {name: vars(found) for name, found in self.settings.items()},
+        }
+
+
+def stability_map(
+    kind: MapKind,
+    scenario: Scenario,
+    at: str | None = None,
+    torso: FlexibleTorso | None = None,
+    jobs: int = 2,
+    done: Callable[[int, int], None] | None = None,
+) -> StabilityMap:
+    """Compute a map, one row of it at a time in parallel processes.
+
+    Args:
+        kind: what it is over.
+        scenario: everything else.
+        at: a pose, as in `operating_points.situation`; None for the kind's own.
+        torso: a flexible torso in the IMU's path; None for a rigid one, or for the map over its
+            share the default.
+        jobs: number of processes.
+        done: called with the number of finished rows, and of all.
+
+    Raises:
+        AnalysisError: if `at` is a moment of a walk, or the robot cannot rest there.
+    """
+    at = at or kind.at
+    if kind.y.key == SHARE:
+        torso = replace(torso or FlexibleTorso(), share=1.0)
+    workpoint = make_workpoint(scenario, at, _SIGNALS, _SIGNALS)
+    if workpoint.situation.residual is None:
+        raise AnalysisError(f"a map needs a pose, where the robot rests: {at} is none")
+    free = DELTA not in (kind.x.key, kind.y.key)
+    compared = dict(SETTINGS) if free else {}
+    found = Parallel(n_jobs=jobs, return_as="generator")(
+        delayed(_row)(kind, *_with(kind.y.key, y, scenario, torso), at, compared)
+        for y in kind.y.values
+    )
+    rows = []
+    for row in found:
+        rows.append(row)
+        if done:
+            done(len(rows), len(kind.y.values))
+    rates, disk, others = zip(*rows, strict=True)
+    return StabilityMap(
+        kind,
+        at,
+        scenario,
+        torso,
+        np.moveaxis(np.array(rates), -1, 0),
+        np.array(disk),
+        {name: _at_setting(workpoint.varied(changes), torso) for name, changes in SETTINGS.items()},
+        {name: np.moveaxis(np.array([row[name] for row in others]), -1, 0) for name in compared},
+    )
+
+
+def growth_rates(workpoint: Workpoint, torso: FlexibleTorso | None = None) -> np.ndarray:
+    """Return the growth of the slow and of the fast motions (1/s), the largest of each; (2,)."""
+    z = np.linalg.eigvals(with_torso(workpoint, torso).A)
+    z = z[(np.abs(z - 1) >= UNSTABLE) & (z != 0)]
+    growth = np.log(np.abs(z)) / workpoint.blocks.period
+    fast = np.abs(np.angle(z)) > 2 * np.pi * FAST * workpoint.blocks.period
+    return np.array([growth[~fast].max(initial=-np.inf), growth[fast].max(initial=-np.inf)])
+
+
+def growth_rate(workpoint: Workpoint, torso: FlexibleTorso | None = None) -> float:
+    """Return the rate of the fastest growing or slowest decaying motion (1/s)."""
+    return float(growth_rates(workpoint, torso).max())
+
+
+def finer(values: np.ndarray) -> np.ndarray:
+    """Return values with `FINE` - 1 more, linearly interpolated, between two along every axis."""
+    for axis, n in enumerate(values.shape):
+        place = np.linspace(0, n - 1, FINE * (n - 1) + 1)
+        values = np.apply_along_axis(
+            lambda v, p=place: np.interp(p, range(len(v)), v), axis, values
+        )
+    return values
+
+
+_SIGNALS = (LOOP, "torso_orientation")
+
+
+def _with(
+    key: str, value: float, scenario: Scenario, torso: FlexibleTorso | None
+) -> tuple[Scenario, FlexibleTorso | None]:
+    """Return scenario and torso with one of their values changed."""
+    if key == SHARE:
+        return scenario, replace(torso, share=value)
+    return override(scenario, {key: value}), torso
+
+
+def _row(
+    kind: MapKind,
+    scenario: Scenario,
+    torso: FlexibleTorso | None,
+    at: str,
+    compared: dict[str, dict[str, float]],
+) -> tuple[list[np.ndarray], list[float], dict[str, list[np.ndarray]]]:
+    """Return rates and disk margins over x, and the rates with other settings."""
+    try:
+        workpoint = make_workpoint(scenario, at, _SIGNALS, _SIGNALS)
+    except AnalysisError:
+        n, unknown = len(kind.x.values), np.full(2, np.nan)
+        return [unknown] * n, [np.nan] * n, {name: [unknown] * n for name in compared}
+    rates, disk, others = [], [], {name: [] for name in compared}
+    for x in kind.x.values:
+        varied = workpoint.varied({kind.x.key: x})
+        rates.append(growth_rates(varied, torso))
+        disk.append(_disk_margin(varied, torso))
+        for name, changes in compared.items():
+            others[name].append(growth_rates(varied.varied(changes), torso))
+    return rates, disk, others
+
+
+def _disk_margin(workpoint: Workpoint, torso: FlexibleTorso | None) -> float:
+    """Return the disk margin of all force signals at once; 0 where the loop is unstable."""
+    matrices = with_torso(workpoint, torso, workpoint.select([LOOP]))
+    kept = essential(matrices)
+    loop = control.StateSpace(
+        matrices.A[np.ix_(kept, kept)],
+        matrices.B[kept],
+        -matrices.C[:, kept],
+        -matrices.D,
+        workpoint.blocks.period,
+        remove_useless_states=False,
+    )
+    found = matrix_margins(loop, 200)
+    return found.disk if found.stable else 0.0
+
+
+def _at_setting(workpoint: Workpoint, torso: FlexibleTorso | None) -> AtSetting:
+    return AtSetting(
+        growth_rate(workpoint, torso), largest_share(workpoint, torso) if torso else None
+    )
+
+
+def largest_share(workpoint: Workpoint, torso: FlexibleTorso) -> float:
+    """Return up to which share of a torso's mode a workpoint is stable, 0 to 1, to within 0.005."""
+    low, high = 0.0, 1.0
+    if growth_rate(workpoint, replace(torso, share=high)) < 0:
+        return high
+    while high - low > 0.005:
+        middle = 0.5 * (low + high)
+        stable = growth_rate(workpoint, replace(torso, share=middle)) < 0
+        low, high = (middle, high) if stable else (low, middle)
+    return low
+
+
+def _spans(shown: np.ndarray, stable: np.ndarray) -> str:
+    """Return the ranges of what is shown in which something is stable."""
+    edges = np.flatnonzero(np.diff(np.r_[False, stable, False].astype(int))).reshape(-1, 2)
+    spans = [f"{shown[first]:.3g} to {shown[last - 1]:.3g}" for first, last in edges]
+    return ", ".join(spans) or "nowhere"
+
+
+def _without_nan(values: np.ndarray) -> list[list[float | None]]:
+    return [[None if np.isnan(value) else float(value) for value in row] for row in values]

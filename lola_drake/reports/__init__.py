@@ -1,0 +1,1 @@
+"""Pages about runs: figures, replays, settings and diagram in one file."""

@@ -1,0 +1,1 @@
+"""Many runs: variants side by side, sampled worlds, reproduction of the paper, tuning."""

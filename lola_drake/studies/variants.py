@@ -1,0 +1,93 @@
+"""One scenario in several variants, side by side."""
+
+import json
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+from joblib import Parallel, delayed
+
+from lola_drake.figures.run_figures import save_figure
+from lola_drake.figures.variants_figure import variants_figure
+from lola_drake.results import Result, whole_folder
+from lola_drake.scenario import Scenario, ScenarioError, override
+
+COMPARISON = "compare.json"
+COMPARISON_FILES = frozenset({COMPARISON})
+
+COMPARED = (
+    "max_inclination_deg",
+    "rms_torque_error_Nm",
+    "settling_time_s",
+    "max_com_vertical_acceleration_m_per_s2",
+    "max_foot_force_N",
+    "max_slip_m",
+)
+"""The metrics of which changes are stated; from all of them, less is better."""
+
+Summary = Mapping[str, object]
+
+
+def run_variants(scenario: Scenario, variants: Sequence[str], jobs: int = 2) -> list[Result]:
+    """Return the runs of a scenario in every variant; several run at a time.
+
+    Raises:
+        ScenarioError: If there are not at least two variants, or there is no such one.
+    """
+    from lola_drake.simulation import simulate
+
+    if len(set(variants)) < max(2, len(variants)):
+        raise ScenarioError(f"variants {', '.join(variants)}: at least two, all different")
+    chosen = [override(scenario, {"variant": variant}) for variant in variants]
+    return Parallel(n_jobs=jobs)(delayed(simulate)(scenario) for scenario in chosen)
+
+
+def comparison(results: Sequence[Result]) -> dict[str, object]:
+    """Return the content of compare.json: every variant, and the second one against the first."""
+    first, second, *_ = summaries = [result.summary for result in results]
+    return {
+        "scenario": first["scenario"],
+        "variants": {summary["variant"]: summary for summary in summaries},
+        "change_percent": change_percent(first, second),
+    }
+
+
+def change_percent(first: Summary, second: Summary) -> dict[str, object]:
+    """Return by how many percent each compared metric of the second run differs from the first's.
+
+    None where there is nothing to compare: one of them has no value, the first is zero, or one of
+    the runs ended in a fall, so that they tell of different times.
+    """
+    if first["fell"] or second["fell"]:
+        return {metric: _empty(first[metric]) for metric in COMPARED}
+    return {metric: _change(first[metric], second[metric]) for metric in COMPARED}
+
+
+def _empty(value: object) -> object:
+    return dict.fromkeys(value) if isinstance(value, Mapping) else None
+
+
+def _change(first: object, second: object) -> object:
+    if isinstance(first, Mapping):
+        return {axis: _change(first[axis], second[axis]) for axis in first}
+    if first is None or second is None or first == 0:
+        return None
+    return 100.0 * (second - first) / first
+
+
+def write_comparison(results: Sequence[Result], folder: str | Path, *, force: bool = False) -> None:
+    """Write compare.json, the figure and every run into a folder, wholly or not at all.
+
+    Args:
+        results: the runs, of different variants.
+        folder: must not hold anything, unless `force`.
+        force: replace the comparison that the folder holds.
+
+    Raises:
+        ResultError: If the folder cannot be used or written; it is then as it was.
+    """
+    with whole_folder(folder, force=force, files=COMPARISON_FILES, what="comparison") as partial:
+        for result in results:
+            result.save(partial / result.scenario.variant)
+        text = json.dumps(comparison(results), indent=2, allow_nan=False)
+        (partial / COMPARISON).write_text(text + "\n", encoding="utf-8")
+        save_figure(variants_figure(results), partial, "comparison")

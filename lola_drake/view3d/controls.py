@@ -1,0 +1,137 @@
+"""Meshcat's control panel of a running simulation: sliders, buttons, keys and gamepad."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from pydrake.geometry import Meshcat
+from pydrake.systems.framework import Context, Diagram
+
+from lola_drake.view3d.gains import gains_of, get_gain, set_gain
+
+RATE = "rate (0: max)"
+PAUSE, STOP, STAND = "pause, go on [P]", "stop [Esc]", "stand still [X]"
+IMPULSE = "push (Ns)"
+PUSHES = {
+    "push forward [I]": ("KeyI", (1.0, 0.0)),
+    "push back [K]": ("KeyK", (-1.0, 0.0)),
+    "push left [J]": ("KeyJ", (0.0, 1.0)),
+    "push right [L]": ("KeyL", (0.0, -1.0)),
+}
+
+DEAD = 0.12
+"""A gamepad's stick within this of its middle is at rest."""
+
+
+@dataclass(frozen=True)
+class Steering:
+    """One part of the walk command: its slider, its keys, and the gamepad's axis.
+
+    Attributes:
+        label: Of the slider, with keys and unit.
+        limit: Greatest value.
+        step: Of the slider and of one key press.
+        less, more: Key codes.
+        axis: Of the gamepad; forward and left are negative there.
+    """
+
+    label: str
+    limit: float
+    step: float
+    less: str
+    more: str
+    axis: int
+
+
+STEERING = (
+    Steering("v_x ↓↑ (m/s)", 0.5, 0.05, "ArrowDown", "ArrowUp", 1),
+    Steering("v_y DA (m/s)", 0.12, 0.02, "KeyD", "KeyA", 0),
+    Steering("turn →← (rad/s)", 0.3, 0.05, "ArrowRight", "ArrowLeft", 2),
+)
+
+
+class Controls:
+    """Sliders and buttons, and what was done with them since they were last looked at."""
+
+    def __init__(self, meshcat: Meshcat, *, steering: bool, pushes: bool = True):
+        """Show the controls; a panel that was there before is replaced.
+
+        Args:
+            meshcat: Where.
+            steering: Whether the robot follows the panel's walk command.
+            pushes: Whether the robot can be pushed.
+        """
+        meshcat.DeleteAddedControls()
+        self._meshcat, self._steering = meshcat, steering
+        self._clicks: dict[str, int] = {}
+        self._add_button(PAUSE, "KeyP")
+        self._add_button(STOP, "Escape")
+        meshcat.AddSlider(RATE, 0.0, 2.0, 0.05, 1.0)
+        if steering:
+            for part in STEERING:
+                meshcat.AddSlider(
+                    *(part.label, -part.limit, part.limit, part.step, 0.0, part.less, part.more)
+                )
+            self._add_button(STAND, "KeyX")
+        if pushes:
+            for name, (key, _) in PUSHES.items():
+                self._add_button(name, key)
+            meshcat.AddSlider(IMPULSE, 1.0, 30.0, 1.0, 8.0)
+        self._gains: dict[str, float] = {}
+
+    def _add_button(self, name: str, key: str) -> None:
+        self._meshcat.AddButton(name, key)
+        self._clicks[name] = 0
+
+    def show_gains(self, diagram: Diagram, context: Context) -> None:
+        """Add a slider for every gain, at its value in the context."""
+        for gain in gains_of(diagram):
+            value = get_gain(diagram, context, gain)
+            slider = (gain.label, gain.low, gain.high, gain.step, value)
+            # The slider rounds: only what a user moves away from here counts.
+            self._gains[gain.label] = self._meshcat.AddSlider(*slider)
+
+    def apply_gains(self, diagram: Diagram, context: Context) -> bool:
+        """Give the context the gains whose sliders have been moved; return whether any has."""
+        moved = False
+        for gain in gains_of(diagram):
+            value = self._meshcat.GetSliderValue(gain.label)
+            if value != self._gains[gain.label]:
+                set_gain(diagram, context, gain, value)
+                self._gains[gain.label], moved = value, True
+        return moved
+
+    def clicked(self, name: str) -> bool:
+        """Return whether a button was clicked since the last time this was asked."""
+        count = self._meshcat.GetButtonClicks(name)
+        before, self._clicks[name] = self._clicks[name], count
+        return count > before
+
+    @property
+    def rate(self) -> float:
+        """Return the wanted real-time rate; 0 means as fast as possible."""
+        return self._meshcat.GetSliderValue(RATE)
+
+    def pushes(self) -> list[np.ndarray]:
+        """Return the pushes asked for: forward and left (Ns)."""
+        asked = [way for name, (_, way) in PUSHES.items() if self.clicked(name)]
+        return [self._meshcat.GetSliderValue(IMPULSE) * np.array(way) for way in asked]
+
+    def command(self) -> np.ndarray:
+        """Return the walk command, from the gamepad if one is in use, or from the sliders."""
+        if self.clicked(STAND):
+            for part in STEERING:
+                self._meshcat.SetSliderValue(part.label, 0.0)
+        pad = self._meshcat.GetGamepad()
+        if pad.index is not None and np.abs(pad.axes).max(initial=0.0) > DEAD:
+            return gamepad_command(pad.axes)
+        return np.array([self._meshcat.GetSliderValue(part.label) for part in STEERING])
+
+
+def gamepad_command(axes: list[float]) -> np.ndarray:
+    """Return the walk command that the sticks of a gamepad ask for."""
+    command = np.zeros(len(STEERING))
+    for i, part in enumerate(STEERING):
+        value = axes[part.axis] if part.axis < len(axes) else 0.0
+        if abs(value) > DEAD:
+            command[i] = -np.sign(value) * part.limit * (abs(value) - DEAD) / (1 - DEAD)
+    return command

@@ -1,0 +1,111 @@
+"""What is drawn around the robot in 3D: ground forces, CoM, ZMP, footsteps, inclination.
+
+The same markers serve a recorded replay and a running simulation.
+"""
+
+import numpy as np
+from matplotlib.colors import to_rgba
+from pydrake.geometry import Box, Cylinder, Meshcat, MeshcatCone, Rgba, Sphere
+from pydrake.math import RigidTransform, RollPitchYaw, RotationMatrix
+
+from lola_drake.figures.footprints import sole_corners
+from lola_drake.figures.style import FIRST, FOOT_COLOURS, FOOT_NAMES, SECOND, THIRD
+from lola_drake.signals import FEET
+from lola_drake.view3d.frames import Frame
+
+ROOT = "/world/markers"
+METRES_PER_NEWTON = 1e-3
+"""Length of a force's arrow."""
+
+EXAGGERATION = 10.0
+"""So much more than the torso leans the needle above it; walking takes tenths of a degree."""
+
+LEAST_FORCE = 20.0
+"""A ground force (N) below which no arrow is drawn."""
+
+
+class Markers:
+    """The markers in one Meshcat scene."""
+
+    def __init__(self, meshcat: Meshcat):
+        """Create all markers but the footsteps."""
+        self._meshcat = meshcat
+        for foot in FEET:
+            path = _force_path(foot)
+            meshcat.SetObject(f"{path}/shaft", Cylinder(0.009, 1.0), _rgba(FOOT_COLOURS[foot]))
+            # The cone stands on its apex: turned over, it is an arrow's head.
+            head = MeshcatCone(0.05, 0.022, 0.022)
+            meshcat.SetObject(f"{path}/head/cone", head, _rgba(FOOT_COLOURS[foot]))
+            turned = RigidTransform(RotationMatrix.MakeXRotation(np.pi), [0.0, 0.0, 0.05])
+            meshcat.SetTransform(f"{path}/head/cone", turned)
+            self._shine_through(f"{path}/shaft", f"{path}/head/cone")
+        meshcat.SetObject(f"{ROOT}/CoM/ball", Sphere(0.035), _rgba(THIRD))
+        self._shine_through(f"{ROOT}/CoM/ball")
+        meshcat.SetObject(f"{ROOT}/CoM/on the ground", Cylinder(0.022, 0.004), _rgba(THIRD))
+        meshcat.SetObject(f"{ROOT}/ZMP", Cylinder(0.018, 0.008), _rgba(SECOND))
+        for name, colour in (("vertical", "#8a8f98"), ("torso", FIRST)):
+            path = f"{ROOT}/inclination/{name}"
+            meshcat.SetObject(f"{path}/needle", Cylinder(0.005, 0.3), _rgba(colour))
+            meshcat.SetTransform(f"{path}/needle", RigidTransform([0.0, 0.0, 0.15]))
+
+    def _shine_through(self, *paths: str) -> None:
+        """Let something be seen inside and behind the robot."""
+        for path in paths:
+            for name, value in (
+                ("material.depthTest", False),
+                ("material.transparent", True),
+                ("renderOrder", 10.0),
+            ):
+                self._meshcat.SetProperty(f"{path}/<object>", name, value)
+
+    def set_footsteps(self, footsteps: dict[str, list[np.ndarray]]) -> None:
+        """Show planned footsteps: x, y, z, yaw of the TCP of each step in W, by foot."""
+        length, width = np.ptp(sole_corners(np.zeros(3)), axis=0)
+        self._meshcat.Delete(f"{ROOT}/planned footsteps")
+        for foot, poses in footsteps.items():
+            for i, (x, y, z, yaw) in enumerate(poses):
+                path = f"{ROOT}/planned footsteps/{FOOT_NAMES[foot]}/{i}"
+                colour = _rgba(FOOT_COLOURS[foot], 0.35)
+                self._meshcat.SetObject(path, Box(length, width, 0.002), colour)
+                pose = RigidTransform(RollPitchYaw(0.0, 0.0, yaw), [x, y, z + 0.002])
+                self._meshcat.SetTransform(path, pose)
+
+    def show(self, frame: Frame, time: float | None = None) -> None:
+        """Move the markers; with a time, also in the recording."""
+        put = self._meshcat.SetTransform
+        for foot, force, origin in zip(FEET, frame.forces, frame.origins, strict=True):
+            self._show_force(_force_path(foot), force, origin, time)
+        put(f"{ROOT}/CoM/ball", RigidTransform(frame.com), time)
+        ground = frame.zmp[2] if np.isfinite(frame.zmp[2]) else 0.0
+        below = [frame.com[0], frame.com[1], ground + 0.003]
+        put(f"{ROOT}/CoM/on the ground", RigidTransform(below), time)
+        loaded = bool(np.isfinite(frame.zmp).all())
+        self._meshcat.SetProperty(f"{ROOT}/ZMP", "visible", loaded, time)
+        if loaded:
+            put(f"{ROOT}/ZMP", RigidTransform(frame.zmp + [0.0, 0.0, 0.004]), time)
+        roll, pitch, yaw = frame.torso[3:]
+        top = frame.torso[:3] + [0.0, 0.0, 0.78]
+        lean = np.clip([EXAGGERATION * roll, EXAGGERATION * pitch], -1.3, 1.3)
+        put(f"{ROOT}/inclination/vertical", RigidTransform(top), time)
+        put(f"{ROOT}/inclination/torso", RigidTransform(RollPitchYaw(*lean, yaw), top), time)
+
+    def _show_force(self, path: str, force: np.ndarray, origin: np.ndarray, time) -> None:
+        size = float(np.linalg.norm(force))
+        shown = size > LEAST_FORCE and bool(np.isfinite(origin).all())
+        self._meshcat.SetProperty(path, "visible", shown, time)
+        if not shown:
+            return
+        length = METRES_PER_NEWTON * size
+        direction = RotationMatrix.MakeFromOneVector(force / size, 2)
+        self._meshcat.SetTransform(path, RigidTransform(direction, origin), time)
+        self._meshcat.SetProperty(f"{path}/shaft", "scale", [1.0, 1.0, length], time)
+        self._meshcat.SetProperty(f"{path}/shaft", "position", [0.0, 0.0, length / 2], time)
+        self._meshcat.SetProperty(f"{path}/head", "position", [0.0, 0.0, length], time)
+
+
+def _force_path(foot: str) -> str:
+    return f"{ROOT}/ground force/{FOOT_NAMES[foot]}"
+
+
+def _rgba(colour: str, alpha: float = 1.0) -> Rgba:
+    return Rgba(*to_rgba(colour, alpha))

@@ -1,0 +1,332 @@
+"""Linear models against what is known and against the whole diagram's own differences."""
+
+import itertools
+
+import control
+import numpy as np
+import pytest
+from linear_toys import PERIOD, AbstractState, Failing, Filter, Square, discrete, loop
+from pydrake.multibody.plant import MultibodyPlant
+from pydrake.systems.framework import DiagramBuilder
+from pydrake.systems.primitives import AffineSystem, Integrator, Linearize
+
+import lola_drake as lola
+from lola_drake.blocks.hybrid_force_control import (
+    FootSensor,
+    HybridForceControl,
+    HybridForceControlParams,
+)
+from lola_drake.blocks.imu_stabilizer import ImuStabilizerParams
+from lola_drake.linear.errors import AnalysisError
+from lola_drake.linear.isolated import discrete_state, own_context, set_discrete_state
+from lola_drake.linear.linear_blocks import linear_blocks
+from lola_drake.robot import PADS
+from lola_drake.signals import DESIRED_WRENCH, GAIT_PHASE, JOINTS, MEASURED_WRENCH
+from lola_drake.theory.contact_model import contact_matrix
+
+A = [[0.9, 0.1], [-0.2, 0.8]]
+
+
+def chain(*blocks):
+    """Return blocks in a row as a diagram with the first one's input."""
+    builder = DiagramBuilder()
+    for k, block in enumerate(blocks):
+        builder.AddNamedSystem(f"block{k}", block)
+    builder.ExportInput(blocks[0].get_input_port(0), "u")
+    for first, second in zip(blocks, blocks[1:], strict=False):
+        builder.Connect(first.get_output_port(0), second.get_input_port(0))
+    return builder.Build()
+
+
+def fixed_context(diagram, value=0.0):
+    context = diagram.CreateDefaultContext()
+    diagram.get_input_port(0).FixValue(context, [value])
+    return context
+
+
+@pytest.mark.parametrize("autodiff", [True, False])
+def test_a_linear_block_comes_out_as_it_is(autodiff):
+    block = discrete(A, [[0], [1]], [[1, 0], [0, 1]], [[0], [2]])
+    block.set_name("plant")
+    model = lola.linearize(block, "u0", "y0", fixed_context(block), autodiff=autodiff)
+    np.testing.assert_allclose(model.A, A, atol=1e-10)
+    np.testing.assert_allclose(model.B, [[0], [1]], atol=1e-10)
+    np.testing.assert_allclose(model.D, [[0], [2]], atol=1e-10)
+    assert model.dt == PERIOD
+    assert model.input_labels == ["u0/0"]
+    assert model.operating_point.methods == {"plant": "AutoDiff" if autodiff else "differences"}
+
+
+def test_a_loop_is_closed_and_opened():
+    diagram = loop(discrete(0.9, 0.1, 1.0), gain=2.0)
+    context = diagram.CreateDefaultContext()
+    closed = lola.linearize(diagram, "controller.y0", "plant.y0", context)
+    np.testing.assert_allclose(closed.A, [[0.7]], atol=1e-12)
+    opened = lola.linearize(diagram, "plant.y0", "plant.y0", context, opened="plant.y0")
+    np.testing.assert_allclose([opened.A[0, 0], opened.B[0, 0] * opened.C[0, 0]], [0.9, -0.2])
+    loop_transfer = lola.open_loop(diagram, "plant.y0", context)
+    np.testing.assert_allclose(loop_transfer.B @ loop_transfer.C, [[0.2]])
+
+
+def test_what_readers_see_holds_what_was_added():
+    diagram = loop(discrete(0.9, 0.1, 1.0))
+    model = lola.linearize(diagram, "plant.y0", "plant.y0", diagram.CreateDefaultContext())
+    np.testing.assert_allclose(model.D, [[1.0]])
+
+
+def test_blocks_are_linearised_where_they_are():
+    diagram = chain(Filter(0.1), Square(), Filter(0.5))
+    context = fixed_context(diagram)
+    set_discrete_state(own_context(diagram.GetSubsystemByName("block0"), context), np.array([3.0]))
+    model = lola.linearize(diagram, "u", "block2.y", context)
+    np.testing.assert_allclose(model.A, [[0.9, 0.0], [0.5 * 6.0, 0.5]], atol=1e-9)
+    assert model.state_labels == ["block0/x0", "block2/x0"]
+    assert model.operating_point.drift["block0/x0"] == pytest.approx(-0.3)
+
+
+def test_states_can_be_outputs():
+    diagram = chain(Filter(0.1), Filter(0.5))
+    model = lola.linearize(diagram, "u", "block1.x0", fixed_context(diagram))
+    assert isinstance(model, control.StateSpace)
+    np.testing.assert_allclose(model.C, [[0.0, 1.0]])
+
+
+def test_minimal_cuts_what_is_not_observed_or_excited_and_says_so():
+    diagram = chain(Filter(0.1), Filter(0.2), Filter(0.3))
+    context = fixed_context(diagram)
+    model = lola.linearize(diagram, "block0.y", "block1.y", context, minimal=True)
+    assert model.state_labels == ["block1/x0"]
+    assert model.operating_point.cut == ("block0/x0", "block2/x0")
+
+
+def test_a_context_around_the_system_will_do(standing):
+    stabilizer = standing.diagram.GetSubsystemByName("controller").GetSubsystemByName(
+        "imu_stabilizer"
+    )
+    model = lola.linearize(
+        stabilizer, "torso_orientation.phi", "modified_wrench.T", standing.context
+    )
+    np.testing.assert_allclose(model.D[:2], -ImuStabilizerParams().stiffness * np.eye(2), rtol=1e-6)
+
+
+def test_linearising_changes_nothing(standing):
+    before = discrete_state(standing.context)
+    lola.linearize(standing.diagram, "desired_wrench_l", "contact_wrench_l", standing.context)
+    np.testing.assert_array_equal(discrete_state(standing.context), before)
+
+
+def test_noise_drops_out(standing):
+    noisy = lola.build_simulation(lola.load_scenario("stand"))
+    context = noisy.CreateDefaultContext()
+    context.SetDiscreteState(standing.context.get_discrete_state())
+    context.SetTime(standing.context.get_time())
+    quiet, loud = (
+        lola.linearize(diagram, "desired_wrench_l", "contact_wrench_l", where, autodiff=False)
+        for diagram, where in ((standing.diagram, standing.context), (noisy, context))
+    )
+    np.testing.assert_allclose(loud.A[60:, 60:], quiet.A[60:, 60:], atol=1e-6)
+
+
+STEPS = {"plant": 1e-6, "controller.joint_servos": 3e-5}
+"""Large enough for the contact solver to notice; the other blocks need no care."""
+
+
+def test_the_blocks_together_are_the_whole_diagram(standing):
+    """Every sixth column of A against central differences of the whole diagram's tick."""
+    blocks = linear_blocks(standing.diagram, standing.context, [], [])
+    A = blocks.interconnect([], []).A
+    scale = np.maximum(np.abs(A).max(axis=1), 1.0)
+    tangents = blocks.coordinates.tangents
+    paths = [path for path, tangent in tangents.items() for _ in range(tangent.dimension)]
+    for k in range(0, len(A), 6):
+        motion = STEPS.get(paths[k], 1e-5) * blocks.coordinates.scales[k] * np.eye(len(A))[k]
+        ahead, behind = (whole_tick(standing, blocks, sign * motion) for sign in (1, -1))
+        found = (ahead - behind) / (2 * motion[k])
+        np.testing.assert_allclose(
+            found / scale, A[:, k] / scale, atol=2e-5, err_msg=blocks.state_names[k]
+        )
+
+
+def whole_tick(situation, blocks, motion):
+    """Return where the whole diagram goes in a tick from a moved state, as a motion itself."""
+    context = situation.context.Clone()
+    blocks.coordinates.move(context, motion)
+    context.SetDiscreteState(situation.diagram.EvalUniquePeriodicDiscreteUpdate(context))
+    return blocks.coordinates.difference(context, situation.context)
+
+
+def test_with_servo_gains_autodiff_and_differences_agree_on_the_plant(standing):
+    """The servos' gains are those of the simulation in both."""
+    exact, differences = (
+        linear_blocks(standing.diagram, standing.context, [], [], autodiff=autodiff)
+        for autodiff in (True, False)
+    )
+    plant, other = (
+        next(j for j in blocks.jacobians if "plant" in j.states) for blocks in (exact, differences)
+    )
+    assert (plant.method, other.method) == ("AutoDiff", "differences")
+    n, torques = plant.dimension, len(JOINTS)
+    edges = [0, n, n + torques, n + 2 * torques, n + 3 * torques]
+    for first, last in itertools.pairwise(edges):
+        found, by_differences = (j.matrix[:n, first:last] for j in (plant, other))
+        assert np.abs(found - by_differences).max() <= 1e-5 * np.abs(found).max()
+
+
+def ideal_force_loop(delta: float):
+    """Return force control of a foot on its own U, with an ideal servo and no delay, at rest.
+
+    The foot is where it is told to be, and its sensor sits in the TCP.
+    """
+    U = contact_matrix(PADS, 1.2e5 / sum(pad.area for pad in PADS))
+    sensor = FootSensor(p_TcpSensor=(0.0, 0.0, 0.0), weight=0.0, p_TcpFoot=(0.0, 0.0, 0.0))
+    params = HybridForceControlParams(time_constant=delta, model_stiffness=1.2e5)
+    load = np.array([0.0, 0.0, 300.0])
+    builder = DiagramBuilder()
+    block = builder.AddNamedSystem("control", HybridForceControl(params, "l", U, sensor, PERIOD))
+    to_sensor = np.zeros((MEASURED_WRENCH.size, 3))
+    to_sensor[MEASURED_WRENCH.slice("T_l")][:2] = np.eye(3)[:2]
+    to_sensor[MEASURED_WRENCH.slice("F_l")][2] = np.eye(3)[2]
+    ground = builder.AddNamedSystem("ground", AffineSystem(D=to_sensor @ U, y0=to_sensor @ load))
+    builder.Connect(block.GetOutputPort("task_modification"), ground.get_input_port())
+    builder.Connect(ground.get_output_port(), block.GetInputPort("measured_wrench"))
+    diagram = builder.Build()
+    context = diagram.CreateDefaultContext()
+    inside = block.GetMyMutableContextFromRoot(context)
+    for i in range(block.num_input_ports()):
+        port = block.get_input_port(i)
+        if port.get_name() != "measured_wrench":
+            port.FixValue(inside, np.zeros(port.size()))
+    phase = np.zeros(GAIT_PHASE.size)
+    phase[GAIT_PHASE.slice("blend")] = phase[GAIT_PHASE.slice("support")] = 1.0
+    desired = np.zeros(DESIRED_WRENCH.size)
+    desired[DESIRED_WRENCH.slice("wrench_l")] = load
+    block.GetInputPort("gait_phase").FixValue(inside, phase)
+    block.GetInputPort("desired_wrench").FixValue(inside, desired)
+    return diagram, context
+
+
+@pytest.mark.parametrize("delta", [0.005, 0.02, 0.027])
+def test_the_poles_of_the_ideal_force_loop(delta):
+    """The error decays as in the paper's error dynamics: exp(-dt/delta)."""
+    diagram, context = ideal_force_loop(delta)
+    model = lola.linearize(
+        diagram, "desired_wrench_l", "contact_wrench", context, equilibrium=1e-12
+    )
+    z = np.sort(np.linalg.eigvals(model.A))
+    # That the foot has touched the ground is a state, too, and does not move.
+    np.testing.assert_allclose(z, [0.0, *np.full(3, np.exp(-PERIOD / delta))], atol=1e-6)
+    held = PERIOD / (1 - np.exp(-PERIOD / delta))
+    gain = np.hstack([np.eye(3), held * np.eye(3)])  # of the desired wrench and of its rate
+    np.testing.assert_allclose(control.dcgain(model), gain, atol=1e-9)
+
+
+ALGEBRAIC = (
+    "imu_stabilizer",
+    "force_distribution",
+    "force_control_l",
+    "force_control_r",
+    "com_dynamics_l",
+    "com_dynamics_r",
+)
+
+
+@pytest.mark.parametrize("at", ["standing", "on_left"])
+def test_autodiff_and_differences_agree_on_every_algebraic_block(at, request):
+    point = request.getfixturevalue(at)
+    exact, differences = (
+        linear_blocks(point.diagram, point.context, [], [], autodiff=autodiff)
+        for autodiff in (True, False)
+    )
+    found = set()
+    for jacobian, other in zip(exact.jacobians, differences.jacobians, strict=True):
+        name = jacobian.group[0].split(".")[-1]
+        if name in ALGEBRAIC:
+            found.add(name)
+            assert (jacobian.method, other.method) == ("AutoDiff", "differences")
+            scale = max(1.0, np.abs(jacobian.matrix).max())
+            np.testing.assert_allclose(jacobian.matrix / scale, other.matrix / scale, atol=1e-6)
+    assert found == set(ALGEBRAIC)
+
+
+@pytest.mark.parametrize("name", ["imu_stabilizer", "com_dynamics_l"])
+def test_drakes_own_linearize_takes_an_algebraic_block(on_left, name):
+    block = on_left.diagram.GetSubsystemByName("controller").GetSubsystemByName(name)
+    context = block.CreateDefaultContext()
+    inside = block.GetMyContextFromRoot(on_left.context)
+    for i in range(block.num_input_ports()):
+        port = block.get_input_port(i)
+        port.FixValue(context, port.Eval(inside))
+    signal = {"imu_stabilizer": "torso_orientation", "com_dynamics_l": "desired_wrench"}[name]
+    drakes = Linearize(
+        block,
+        context,
+        block.GetInputPort(signal).get_index(),
+        block.get_output_port(0).get_index(),
+        equilibrium_check_tolerance=1e3,
+    )
+    ours = lola.linearize(block, signal, block.get_output_port(0).get_name(), context)
+    np.testing.assert_allclose(ours.A, drakes.A(), atol=1e-12)
+    np.testing.assert_allclose(ours.B, drakes.B(), atol=1e-12)
+    np.testing.assert_allclose(ours.D, drakes.D(), atol=1e-12)
+
+
+def test_the_full_loop_has_hundreds_of_states(standing):
+    model = lola.linearize(standing.diagram, [], [], standing.context)
+    assert model.nstates > 190
+    assert model.operating_point.held == ("contact_switches", "controller.walking_pattern")
+
+
+@pytest.mark.parametrize(
+    ("system", "message"),
+    [
+        (chain(Filter(), AbstractState()), "block1 cannot be linearised: it has abstract state"),
+        (chain(Filter(), Integrator(1)), "block1 cannot be linearised: it has continuous state"),
+        (chain(Filter(), Failing()), "block1 cannot be evaluated: condition 'x > 0' failed"),
+        (chain(Filter(), Filter(period=2e-3)), "different periods"),
+    ],
+)
+def test_a_block_that_cannot_be_linearised_is_one_clear_error(system, message):
+    with pytest.raises(AnalysisError, match=message):
+        lola.linearize(system, "u", [], fixed_context(system))
+
+
+def test_a_system_in_which_nothing_moves_has_no_states():
+    square = Square()
+    model = lola.linearize(square, [], [], square.CreateDefaultContext())
+    assert (model.nstates, model.ninputs, model.noutputs) == (0, 0, 0)
+
+
+def test_a_plant_with_sampled_ports_is_one_clear_error():
+    plant = MultibodyPlant(1e-3)
+    plant.Finalize()
+    with pytest.raises(AnalysisError, match="use_sampled_output_ports=False"):
+        lola.linearize(plant, [], [], plant.CreateDefaultContext())
+
+
+def test_a_context_of_another_diagram_is_one_clear_error(standing):
+    other = chain(Filter())
+    with pytest.raises(AnalysisError, match="not a context of this system"):
+        lola.linearize(other, "u", [], standing.context)
+    twin = lola.build_simulation(lola.load_scenario("stand"))
+    with pytest.raises(AnalysisError, match="not a context of this system"):
+        lola.linearize(twin, [], [], standing.context)
+
+
+def test_an_operating_point_that_is_not_in_equilibrium_is_one_clear_error():
+    diagram = chain(Filter(0.1))
+    with pytest.raises(AnalysisError, match="not an equilibrium: block0/x0 drifts by 2.0e-01"):
+        lola.linearize(diagram, "u", [], fixed_context(diagram, 2.0), equilibrium=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("inputs", "outputs", "message"),
+    [
+        ("nonsense", [], "no signal 'nonsense'"),
+        ([], "nonsense", "no signal 'nonsense'"),
+        ("contact", "gait_phase", "gait_phase/support/l does not move"),
+        ("planned_motion", [], "nothing that moves reads planned_motion/com/x"),
+    ],
+)
+def test_a_signal_that_is_unknown_or_still_is_one_clear_error(standing, inputs, outputs, message):
+    with pytest.raises(AnalysisError, match=message):
+        lola.linearize(standing.diagram, inputs, outputs, standing.context)

@@ -1,0 +1,80 @@
+"""Sampled worlds: the same for the same seed, within their ranges, and nothing else changed."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from lola_drake.scenario import Obstacle, differences, load_scenario, override
+from lola_drake.studies.sampled_worlds import sample_world
+
+SEEDS = range(200)
+
+
+@pytest.fixture(scope="module")
+def scenario():
+    return load_scenario("step_down")
+
+
+@pytest.fixture(scope="module")
+def worlds(scenario):
+    return [sample_world(scenario, seed) for seed in SEEDS]
+
+
+def test_a_seed_is_a_world(scenario, worlds):
+    assert sample_world(scenario, 3) == worlds[3]
+    assert len({world.ground.friction for world in worlds}) == len(SEEDS)
+
+
+def test_all_variants_live_in_the_same_world(scenario, worlds):
+    other = sample_world(override(scenario, {"variant": "ref"}), 5)
+    assert differences(other, worlds[5]) == {"variant": "ref"}
+
+
+def test_only_the_world_differs(scenario, worlds):
+    changed = set().union(*(differences(world, scenario) for world in worlds))
+    assert changed == {
+        "seed",
+        "ground.friction",
+        "ground.stiffness",
+        "ground.obstacles",
+        "control.servos.delay_ticks",
+        "sensors.imu.delay_ticks",
+    }
+
+
+def spread(values):
+    return np.min(values), np.max(values)
+
+
+def test_the_ranges_are_used_and_kept(scenario, worlds):
+    low, high = spread([world.ground.friction for world in worlds])
+    assert 0.6 <= low < 0.61 and 0.99 < high <= 1.0
+    low, high = spread([world.ground.stiffness / scenario.ground.stiffness for world in worlds])
+    assert 0.7 <= low < 0.72 and 1.28 < high <= 1.3
+    assert {world.control.servos.delay_ticks for world in worlds} == {1, 2}
+    assert {world.sensors.imu.delay_ticks for world in worlds} == {2, 3, 4}
+    assert [world.seed for world in worlds] == list(SEEDS)
+
+
+def test_obstacles_move_within_their_free_range_and_keep_their_size(scenario, worlds):
+    (platform,) = scenario.ground.obstacles
+    moved = [world.ground.obstacles[0] for world in worlds]
+    low, high = spread([other.position[0] - platform.position[0] for other in moved])
+    assert platform.free_shift[0] <= low < -0.02 and 0.02 < high <= platform.free_shift[1]
+    assert {dataclasses.replace(other, position=platform.position) for other in moved} == {platform}
+
+
+def test_the_seed_of_the_scenario_does_not_matter(scenario, worlds):
+    assert sample_world(override(scenario, {"seed": 77}), 9) == worlds[9]
+
+
+def test_a_turned_obstacle_moves_along_its_length():
+    board = Obstacle(position=(1.0, 2.0), heading_deg=90.0)
+    assert board.shifted(0.1).position == pytest.approx((1.0, 2.1))
+
+
+@pytest.mark.parametrize("name", ["step_down", "board_4cm", "board_9cm"])
+def test_the_experiments_say_what_is_free(name):
+    (obstacle,) = load_scenario(name).ground.obstacles
+    assert obstacle.free_shift[0] < 0.0 < obstacle.free_shift[1]
