@@ -5,7 +5,13 @@ from collections.abc import Callable, Iterable
 import numpy as np
 from pydrake.autodiffutils import AutoDiffXd
 from pydrake.common.value import Value
-from pydrake.systems.framework import BasicVector_, LeafSystem_, SystemScalarConverter
+from pydrake.systems.framework import (
+    BasicVector_,
+    Context,
+    LeafSystem_,
+    NumericParameterIndex,
+    SystemScalarConverter,
+)
 from pydrake.systems.scalar_conversion import TemplateSystem
 
 from lola_drake.block import Argument, Block, Reading
@@ -41,7 +47,7 @@ def BlockSystem_(T):  # noqa: N802
             }
             self._inputs = {name: self._input(name, what) for name, what in block.inputs.items()}
             self._states = {n: self.DeclareDiscreteState(x) for n, x in block.initial.items()}
-            self._readers, self._tickets = {}, {}
+            self._laws, self._tickets = {}, {}
             for name in _in_order(block):
                 self._declare_output(name)
             if self._states:
@@ -61,7 +67,7 @@ def BlockSystem_(T):  # noqa: N802
                 self.DeclareStateOutputPort(name, self._states[name])
                 return
             arguments = block.arguments[name]
-            read, function = self._reading(name), self._law(name)
+            function, read = self._law(name)
             self._tickets[name] = set().union(*map(self._ticket, arguments))
 
             def calculate(context, output):
@@ -73,12 +79,12 @@ def BlockSystem_(T):  # noqa: N802
                 calculate,
                 prerequisites_of_calc=self._tickets[name] or {self.nothing_ticket()},
             )
-            self._readers[name] = port
+            self._laws[name] = port
 
         def _update(self) -> Callable:
             block, states = self.block, self._states
             if block.steps_in_python:
-                read = self._reading("next_state")
+                read = self._readers_of("next_state", as_arrays=True)
 
                 def update(context, state):
                     following = block.next_state(*[r(context) for r in read])
@@ -86,10 +92,7 @@ def BlockSystem_(T):  # noqa: N802
                         state.set_value(index, value)
 
                 return update
-            steps = [
-                (states[name], self._law(f"next_{name}"), self._reading(f"next_{name}"))
-                for name in states
-            ]
+            steps = [(states[name], *self._law(f"next_{name}")) for name in states]
 
             def update(context, state):
                 for index, function, read in steps:
@@ -97,14 +100,19 @@ def BlockSystem_(T):  # noqa: N802
 
             return update
 
-        def _law(self, name: str) -> Callable:
+        def _law(self, name: str) -> tuple[Callable, list[Callable]]:
+            """Return a law, compiled if it can be, and what reads its arguments out of a context."""
             function = self.block.laws[name]
-            if T is not float or not compiling():
-                return function
-            try:
-                return compiled(function, sample_arguments(self.block, name))
-            except NotCompilable:
-                return function
+            if T is float and compiling():
+                try:
+                    function = compiled(function, sample_arguments(self.block, name))
+                    return function, self._readers_of(name, as_arrays=True)
+                except NotCompilable:
+                    pass
+            return function, self._readers_of(name, as_arrays=False)
+
+        def _readers_of(self, name: str, *, as_arrays: bool) -> list[Callable]:
+            return [self._reader(argument, as_arrays) for argument in self.block.arguments[name]]
 
         def _ticket(self, argument: Argument) -> set:
             kind, name, _ = argument
@@ -116,20 +124,15 @@ def BlockSystem_(T):  # noqa: N802
             if kind == "state":
                 return {self.discrete_state_ticket(self._states[name])}
             if kind == "gain":
-                return {self.numeric_parameter_ticket(self.gain_index[name])}
+                index = NumericParameterIndex(self.gain_index[name])
+                return {self.numeric_parameter_ticket(index)}
             return set() if kind == "constant" else {self.time_ticket()}
-
-        def _reading(self, name: str) -> list[Callable]:
-            """Return what gives each argument of a law out of a context."""
-            in_python = self.block.steps_in_python and name == "next_state"
-            compile_it = T is float and compiling() and not in_python
-            return [self._reader(argument, compile_it) for argument in self.block.arguments[name]]
 
         def _reader(self, argument: Argument, as_array: bool) -> Callable:
             kind, name, where = argument
             form = (lambda v: v) if as_array else (lambda v: v.tolist())
             if kind in ("input", "output"):
-                port = self._inputs[name] if kind == "input" else self._readers[name]
+                port = self._inputs[name] if kind == "input" else self._laws[name]
                 if where is None:
                     return lambda context: form(port.Eval(context))
                 if isinstance(where, int):
@@ -208,3 +211,15 @@ def _sample(block: Block, argument: Argument) -> object:
     if kind == "constant":
         return machine_value(block.constant(name))
     return np.zeros(1)
+
+
+def gain_of(system: BlockSystem, root: Context, name: str) -> float:
+    """Return a gain of a block as it is in the context of its diagram."""
+    context = system.GetMyContextFromRoot(root)
+    return float(context.get_numeric_parameter(system.gain_index[name]).GetAtIndex(0))
+
+
+def set_gain(system: BlockSystem, root: Context, name: str, value: float) -> None:
+    """Turn a gain of a block in the context of its diagram; it acts at once."""
+    context = system.GetMyMutableContextFromRoot(root)
+    context.get_mutable_numeric_parameter(system.gain_index[name]).SetAtIndex(0, value)

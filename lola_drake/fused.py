@@ -93,7 +93,6 @@ class Layout:
         self._lay_rest()
         self.following = self._take(np.zeros(self.states.stop))
         self.start = np.concatenate(self._values)
-        self.time = self.gains_end = None
         self.calls = [*self._output_calls(), *self._update_calls()]
 
     def _take(self, value: np.ndarray) -> slice:
@@ -113,6 +112,8 @@ class Layout:
             if visible:
                 self.signals[of_foot(part, block.foot)] = where
         self.states = slice(0, self._size)
+        first = min((at.start for at in self.signals.values()), default=self._size)
+        self.visible = slice(first, self._size)
 
     def _lay_outputs(self) -> None:
         for block in self.blocks.values():
@@ -129,6 +130,7 @@ class Layout:
                 if source not in self.signals:
                     self.signals[source] = self.inputs[source] = self._take(np.zeros(what.size))
         self.row = slice(0, self._size)
+        self.visible = slice(self.visible.start, self._size)
 
     def _lay_rest(self) -> None:
         self.clock = self._take(np.zeros(1)).start
@@ -138,11 +140,11 @@ class Layout:
                 self.gains[name, gain] = self._take([getattr(block.params, gain)]).start
         self.turned = slice(first_gain, self._size)
         for name, block in self.blocks.items():
-            for argument in {a for arguments in block.arguments.values() for a in arguments}:
-                self._lay_constant(name, block, argument)
+            read = dict.fromkeys(a[:2] for arguments in block.arguments.values() for a in arguments)
+            for kind, what in read:
+                self._lay_constant(name, block, kind, what)
 
-    def _lay_constant(self, name: str, block: Block, argument: Argument) -> None:
-        kind, what, _ = argument
+    def _lay_constant(self, name: str, block: Block, kind: str, what: str) -> None:
         if kind == "object":
             self.readings[name, what] = self._take(np.zeros(block.objects[what].size))
         elif kind == "noise":
@@ -161,6 +163,10 @@ class Layout:
         """Return the signal that an input port of a block gets: its own foot's, or that of both."""
         own = of_foot(port, block.foot)
         return own if own in self.signals else port
+
+    def gain_index(self, block: str, gain: str) -> int:
+        """Return the place of a gain in the numeric parameter."""
+        return self.gains[block, gain] - self.turned.start
 
     def place(self, name: str, argument: Argument) -> Place:
         """Return where an argument of a law of the block `name` is."""
@@ -244,7 +250,6 @@ def programs(layout: Layout, compile_laws: bool) -> list[Callable[[np.ndarray], 
     """Return what runs all laws over a vector, one program after the other."""
     if not compile_laws:
         return [_in_python(call) for call in layout.calls]
-    slow = {call.name == "next_state" for call in layout.calls}
     try:
         return _programs(layout, lambda call: call.name != "next_state")
     except NotCompilable:

@@ -1,91 +1,205 @@
-"""The closed loop: plant, sensors, controller and logs, and `simulate()`."""
+"""The closed loop: plant, sensors and controller, block by block or fused, and `simulate()`."""
 
 import signal
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from contextlib import contextmanager
+from dataclasses import dataclass
 
 import numpy as np
-from pydrake.systems.analysis import Simulator
-from pydrake.systems.framework import Context, Diagram, DiagramBuilder
+from pydrake.geometry import SceneGraph
+from pydrake.multibody.plant import MultibodyPlant
+from pydrake.systems.framework import Diagram, DiagramBuilder, OutputPort, System
 from pydrake.systems.primitives import (
     ConstantVectorSource,
+    Demultiplexer,
     Multiplexer,
     TrajectorySource,
     VectorLogSink,
 )
 from pydrake.trajectories import PiecewisePolynomial
 
+from lola_drake.block import Block
 from lola_drake.blocks.contact_switches import ContactSwitches
 from lola_drake.blocks.foot_force_sensor import FootForceSensor
 from lola_drake.blocks.imu import Imu
 from lola_drake.blocks.joint_servos import set_servo_gains
-from lola_drake.controller import WalkingController
+from lola_drake.controller import (
+    Blocks,
+    Stance,
+    WalkingController,
+    add_block,
+    controller_blocks,
+    initial_stance,
+)
+from lola_drake.fused import FusedSystem
 from lola_drake.logged import LOGGED
-from lola_drake.plant import add_plant, has_fallen, pad_geometries, plant_truth, set_start
+from lola_drake.plant import add_plant, pad_geometries, set_start
 from lola_drake.results import Result
+from lola_drake.robot import Kinematics
+from lola_drake.run import Run
 from lola_drake.scenario import Scenario, Walk
-from lola_drake.signals import PERIOD, on_tick
+from lola_drake.signals import FEET, JOINT_DESIRED_STATE, JOINT_FEEDFORWARD, PERIOD
+from lola_drake.swap import Replacement, swapped
 from lola_drake.theory.constants import GRAVITY
 
+ENGINES = ("fused", "diagram")
 
-def build_simulation(scenario: Scenario) -> Diagram:
-    """Return the closed loop of a scenario as a Drake Diagram, in its start pose."""
+
+@dataclass(frozen=True)
+class World:
+    """The plant in its start pose, and the blocks that sense and control it.
+
+    Attributes:
+        builder: of the diagram that has the plant.
+        plant, scene_graph: in that diagram.
+        stance: how the robot stands at the start.
+        sensors, controller: the blocks, by name.
+    """
+
+    builder: DiagramBuilder
+    plant: MultibodyPlant
+    scene_graph: SceneGraph
+    stance: Stance
+    sensors: Blocks
+    controller: Blocks
+
+
+def make_world(scenario: Scenario, blocks: Mapping[str, Replacement] | None = None) -> World:
+    """Return the plant of a scenario, and its blocks, some of them replaced."""
     builder = DiagramBuilder()
     plant, scene_graph = add_plant(builder, scenario.ground)
     plant.Finalize()
     set_servo_gains(plant, scenario.control.servos)
-    controller = builder.AddNamedSystem(
-        "controller", WalkingController(scenario, planned_steps(scenario.walk))
-    )
-    stance = controller.stance
+    kinematics = Kinematics()
+    stance = initial_stance(scenario, kinematics)
     set_start(plant, scenario.start, scenario.ground, stance.q, stance.p_PT)
+    sensors = _sensor_blocks(scenario, plant, scene_graph)
+    controller = controller_blocks(scenario, kinematics, stance, planned_steps(scenario.walk))
+    all_blocks = swapped(sensors | controller, blocks or {})
+    return World(
+        builder,
+        plant,
+        scene_graph,
+        stance,
+        {name: all_blocks[name] for name in sensors},
+        {name: all_blocks[name] for name in controller},
+    )
 
+
+def _sensor_blocks(
+    scenario: Scenario, plant: MultibodyPlant, scene_graph: SceneGraph
+) -> dict[str, Block]:
     sensors = scenario.sensors
-    imu_params, force_params, contact_params = (
+    imu, foot_force, contact = (
         params.ideal() if sensors.ideal else params
         for params in (sensors.imu, sensors.foot_force, sensors.contact)
     )
-    state = plant.get_state_output_port()
-    imu = builder.AddNamedSystem("imu", Imu(imu_params, state.size(), PERIOD, scenario.seed))
     half_weight = 0.5 * plant.CalcTotalMass(plant.CreateDefaultContext()) * GRAVITY
-    force_sensor = builder.AddNamedSystem(
-        "foot_force_sensor",
-        FootForceSensor(
-            force_params,
-            tuple(int(plant.GetJointByName(f"fts_{foot}").index()) for foot in "lr"),
-            np.tile([0.0, 0.0, half_weight, 0.0, 0.0, 0.0], 2),
-            PERIOD,
-            scenario.seed,
-        ),
-    )
-    switches = builder.AddNamedSystem(
-        "contact_switches",
-        ContactSwitches(contact_params, pad_geometries(plant, scene_graph), PERIOD),
-    )
-    command = builder.AddNamedSystem("walk_command", _command_source(scenario.walk))
+    welds = tuple(int(plant.GetJointByName(f"fts_{foot}").index()) for foot in FEET)
+    standing = np.tile([0.0, 0.0, half_weight, 0.0, 0.0, 0.0], 2)
+    return {
+        "imu": Imu(imu, scenario.seed),
+        "foot_force_sensor": FootForceSensor(foot_force, welds, standing, scenario.seed),
+        "contact_switches": ContactSwitches(contact, pad_geometries(plant, scene_graph)),
+    }
 
-    connect = builder.Connect
-    connect(state, imu.GetInputPort("plant_state"))
-    connect(plant.get_reaction_forces_output_port(), force_sensor.GetInputPort("reaction_forces"))
-    connect(plant.get_contact_results_output_port(), switches.GetInputPort("contact_results"))
-    for system, name in (
-        (imu, "torso_orientation"),
-        (force_sensor, "measured_wrench"),
-        (switches, "contact"),
-    ):
-        connect(system.GetOutputPort(name), controller.GetInputPort(name))
-    connect(command.get_output_port(), controller.GetInputPort("walk_command"))
-    connect(
-        controller.GetOutputPort("joint_desired_state"),
-        plant.get_desired_state_input_port(plant.GetModelInstanceByName("lola")),
+
+def build_simulation(
+    scenario: Scenario, blocks: Mapping[str, Replacement] | None = None
+) -> Diagram:
+    """Return the closed loop of a scenario as a Drake Diagram, in its start pose.
+
+    Args:
+        scenario: its parameters.
+        blocks: laws of your own by the names of the blocks that they replace, see `swapped`.
+
+    Raises:
+        BlockError: if such a law does not fit.
+    """
+    world = make_world(scenario, blocks)
+    builder, plant = world.builder, world.plant
+    controller = builder.AddNamedSystem("controller", WalkingController(world.controller))
+    sensors = [add_block(builder, name, block) for name, block in world.sensors.items()]
+    command = builder.AddNamedSystem("walk_command", _command_source(scenario.walk))
+    sources = {
+        port.get_name(): port
+        for system in sensors
+        for port in (system.get_output_port(i) for i in range(system.num_output_ports()))
+    } | _plant_ports(plant)
+    sources["walk_command"] = command.get_output_port()
+    for system in (controller, *sensors):
+        for i in range(system.num_input_ports()):
+            port = system.get_input_port(i)
+            builder.Connect(sources[port.get_name()], port)
+    _connect_servos(
+        builder,
+        plant,
+        controller.GetOutputPort(JOINT_DESIRED_STATE.name),
+        controller.GetOutputPort(JOINT_FEEDFORWARD.name),
     )
-    connect(controller.GetOutputPort("joint_feedforward"), plant.get_actuation_input_port())
-    _add_log(builder, controller, plant, command, imu, force_sensor, switches)
+    _add_log(builder, [port for _, port in log_ports(controller, plant, command, *sensors)])
     diagram = builder.Build()
     diagram.set_name("lola")
     return diagram
+
+
+def build_fused(world: World, scenario: Scenario, *, compile_laws: bool | None = None) -> Diagram:
+    """Return the closed loop with all of sensors and controller in one system, for speed.
+
+    It does what the diagram of blocks does. The log has the row of the fused system, and the
+    torques at the joints.
+    """
+    builder, plant = world.builder, world.plant
+    fused = builder.AddNamedSystem(
+        "fused", FusedSystem(world.sensors | world.controller, compile_laws=compile_laws)
+    )
+    command = builder.AddNamedSystem("walk_command", _command_source(scenario.walk))
+    sources = _plant_ports(plant) | {"walk_command": command.get_output_port()}
+    for i in range(fused.num_input_ports()):
+        port = fused.get_input_port(i)
+        builder.Connect(sources[port.get_name()], port)
+    layout = fused.layout
+    desired, feedforward = (
+        layout.signals[signal.name] for signal in (JOINT_DESIRED_STATE, JOINT_FEEDFORWARD)
+    )
+    _connect_servos(
+        builder,
+        plant,
+        _cut(builder, fused.GetOutputPort("state"), desired),
+        _cut(builder, fused.GetOutputPort("state"), feedforward),
+    )
+    row = _cut(builder, fused.GetOutputPort("tick"), layout.visible)
+    _add_log(builder, [row, plant.get_net_actuation_output_port()])
+    diagram = builder.Build()
+    diagram.set_name("lola")
+    return diagram
+
+
+def _cut(builder: DiagramBuilder, port: OutputPort, where: slice) -> OutputPort:
+    """Return a port with some entries of another one, without a call into Python."""
+    sizes = [where.start, where.stop - where.start, port.size() - where.stop]
+    cut = builder.AddSystem(Demultiplexer([size for size in sizes if size]))
+    builder.Connect(port, cut.get_input_port())
+    return cut.get_output_port(1 if where.start else 0)
+
+
+def _plant_ports(plant: MultibodyPlant) -> dict[str, OutputPort]:
+    """Return what sensors may read of the plant, by the names of their inputs."""
+    return {
+        "plant_state": plant.get_state_output_port(),
+        "reaction_forces": plant.get_reaction_forces_output_port(),
+        "contact_results": plant.get_contact_results_output_port(),
+    }
+
+
+def _connect_servos(
+    builder: DiagramBuilder, plant: MultibodyPlant, desired: OutputPort, feedforward: OutputPort
+) -> None:
+    robot = plant.GetModelInstanceByName("lola")
+    builder.Connect(desired, plant.get_desired_state_input_port(robot))
+    builder.Connect(feedforward, plant.get_actuation_input_port())
 
 
 def planned_steps(walk: Walk) -> np.ndarray | None:
@@ -101,7 +215,7 @@ def planned_steps(walk: Walk) -> np.ndarray | None:
     )
 
 
-def _command_source(walk: Walk):
+def _command_source(walk: Walk) -> System:
     if not walk.command:
         return ConstantVectorSource([0.0, 0.0, 0.0])
     times = [0.0, *(command.time for command in walk.command)]
@@ -113,21 +227,22 @@ def _command_source(walk: Walk):
     return TrajectorySource(PiecewisePolynomial.ZeroOrderHold(times, np.transpose(values)))
 
 
-def _add_log(builder, controller, plant, command, *sensors) -> None:
-    """Log every signal in one wide sink; its layout is that of `_log_ports`."""
-    ports = _log_ports(controller, plant, command, *sensors)
+def _add_log(builder: DiagramBuilder, ports: list[OutputPort]) -> None:
+    """Log signals in one wide sink, one after the other."""
     multiplexer = builder.AddNamedSystem(
-        "log_multiplexer", Multiplexer([port.size() for port in ports.values()])
+        "log_multiplexer", Multiplexer([port.size() for port in ports])
     )
-    for i, port in enumerate(ports.values()):
+    for i, port in enumerate(ports):
         builder.Connect(port, multiplexer.get_input_port(i))
     total = multiplexer.get_output_port().size()
     log = builder.AddNamedSystem("log", VectorLogSink(total, publish_period=PERIOD))
     builder.Connect(multiplexer.get_output_port(), log.get_input_port())
 
 
-def _log_ports(controller, plant, command, *sensors) -> dict:
-    """Return the logged ports by their names in the record, and the plant's state."""
+def log_ports(
+    controller: Diagram, plant: MultibodyPlant, command: System, *sensors: System
+) -> list[tuple[str, OutputPort]]:
+    """Return the logged ports of a diagram of blocks, by their names in the record."""
     ports = {
         port.get_name(): port
         for system in (controller, *sensors)
@@ -136,13 +251,34 @@ def _log_ports(controller, plant, command, *sensors) -> dict:
     ports["walk_command"] = command.get_output_port()
     ports = {name: port for name, port in ports.items() if name in LOGGED}
     # The plant first: then all of Python runs in one go, while it is warm in the caches.
-    return {
+    first = {
         "plant_state": plant.get_state_output_port(),
         "joint_torque": plant.get_net_actuation_output_port(),
-    } | ports
+    }
+    return list((first | ports).items())
 
 
-Attend = Callable[[Diagram, Context], float | None]
+Attend = Callable[[Run], float | None]
+
+
+def start(
+    scenario: Scenario,
+    blocks: Mapping[str, Replacement] | None = None,
+    engine: str = "fused",
+    *,
+    compile_laws: bool | None = None,
+) -> Run:
+    """Return a run of a scenario that has not advanced yet; the arguments are those of `simulate`.
+
+    The engine is the diagram if one of the blocks is a system of Drake's own.
+    """
+    if engine not in ENGINES:
+        raise ValueError(f"engine: {engine!r} is not allowed, it must be one of {ENGINES}")
+    world = make_world(scenario, blocks)
+    parts = world.sensors | world.controller
+    if engine == "fused" and all(isinstance(part, Block) for part in parts.values()):
+        return Run(scenario, build_fused(world, scenario, compile_laws=compile_laws))
+    return Run(scenario, build_simulation(scenario, blocks))
 
 
 def simulate(
@@ -150,6 +286,9 @@ def simulate(
     progress: Callable[[float], None] | None = None,
     chunk: float = 0.02,
     attend: Attend | None = None,
+    *,
+    blocks: Mapping[str, Replacement] | None = None,
+    engine: str = "fused",
 ) -> Result:
     """Run a scenario to its end, a fall, or Ctrl-C, and return everything that was recorded.
 
@@ -157,29 +296,22 @@ def simulate(
         scenario: what to run.
         progress: called with the simulated time (s) every `chunk` seconds.
         chunk: how often a fall, an interruption and the progress are looked at (s).
-        attend: called with the diagram and its context, which it may change; returns by how much
+        attend: called with the run, in which it may change gains and commands; returns by how much
             to go on until the next call (s), 0 to wait, or None to end the run.
+        blocks: laws of your own by the names of the blocks that they replace, see `swapped`.
+        engine: "fused" for all laws in one system, "diagram" for that of `build_simulation`.
     """
-    diagram = build_simulation(scenario)
-    simulator = Simulator(diagram)
-    plant = diagram.GetSubsystemByName("plant")
-    context = simulator.get_mutable_context()
-    plant_context = plant.GetMyContextFromRoot(context)
-    fell, started = False, time.perf_counter()
+    run = start(scenario, blocks, engine)
+    started = time.perf_counter()
     with _interruption() as interrupted:
-        simulator.Initialize()
-        while not (fell or interrupted.is_set()):
-            now = context.get_time()
-            step = chunk if attend is None else attend(diagram, context)
-            if step is None or now >= scenario.duration - 0.5 * PERIOD:
+        while not (run.fallen or interrupted.is_set()):
+            step = chunk if attend is None else attend(run)
+            if step is None or run.time >= scenario.duration - 0.5 * PERIOD:
                 break
-            simulator.AdvanceTo(on_tick(min(now + step, scenario.duration)))
-            fell = has_fallen(plant.GetPositions(plant_context))
+            run.advance(min(run.time + step, scenario.duration))
             if progress is not None:
-                progress(context.get_time())
-        # The log's sample of the last moment, which AdvanceTo leaves to what comes after it.
-        simulator.AdvancePendingEvents()
-    return _result(scenario, diagram, context, fell, time.perf_counter() - started)
+                progress(run.time)
+    return run.result(time.perf_counter() - started)
 
 
 @contextmanager
@@ -194,27 +326,3 @@ def _interruption():
         yield event
     finally:
         signal.signal(signal.SIGINT, before)
-
-
-def _result(scenario, diagram, context, fell: bool, wall_time: float) -> Result:
-    log = diagram.GetSubsystemByName("log").FindLog(context)
-    times, data = log.sample_times().copy(), log.data().T
-    controller, plant = (diagram.GetSubsystemByName(name) for name in ("controller", "plant"))
-    sensors = [
-        diagram.GetSubsystemByName(name)
-        for name in ("imu", "foot_force_sensor", "contact_switches")
-    ]
-    command = diagram.GetSubsystemByName("walk_command")
-    signals, first = {}, 0
-    for name, port in _log_ports(controller, plant, command, *sensors).items():
-        signals[name] = data[:, first : first + port.size()].copy()
-        first += port.size()
-    signals |= plant_truth(plant, signals.pop("plant_state"))
-    return Result(
-        scenario=scenario,
-        times=times,
-        signals=signals,
-        completed=not fell and times[-1] >= scenario.duration - 0.5 * PERIOD,
-        fall_time=float(times[-1]) if fell else None,
-        wall_time=wall_time,
-    )

@@ -37,6 +37,7 @@ from lola_drake.blocks.hybrid_force_control import (
     wrench_at_tcp,
 )
 from lola_drake.blocks.inverse_kinematics import (
+    RESOLUTION,
     InverseKinematicsParams,
     command_of,
     holding_torque,
@@ -215,10 +216,10 @@ class ConfigurationForceControl(Block):
         super().__init__(
             params,
             initial={JOINT_ANGLES.name: initial, OVERDUE.name: np.full(2, TOUCHED)},
-            ik=ik_constants(ik_params),
             tree=kinematics.tree,
             sensor=sensor,
             stiffness=stiffness * areas / areas.sum(),
+            **{name: getattr(ik_params, name) for name in RESOLUTION},
             **vars(redundancy(ik_params, kinematics, initial)),
         )
 
@@ -267,14 +268,18 @@ class ConfigurationForceControl(Block):
         rate_limits,
         stiffness,
         tree,
-        ik,
+        drift_correction,
+        damping,
+        comfort_gain,
+        limit_gain,
+        feedforward,
         comfort,
         lower,
         upper,
         mobility,
     ):
         """Return q, q' and the torque that is fed forward."""
-        q, correction = joint_angles, ik.drift_correction / PERIOD
+        q, correction = joint_angles, drift_correction / PERIOD
         R, p, axes = body_poses(q, tree)
         com, com_rates = com_motion(R, p, axes, tree)
         w, jacobian = feet_motion(R, p, axes, com, com_rates, tree)
@@ -327,10 +332,10 @@ class ConfigurationForceControl(Block):
                     rates[controlled[i]] += task_rows[i, j] * task_rate[j]
                 rows[controlled[i]] = law_rows[i]
         wish = wished_rates(
-            *(q, comfort, lower, upper, ik.comfort_gain, ik.limit_gain, toes, toe_rates, correction)
+            *(q, comfort, lower, upper, comfort_gain, limit_gain, toes, toe_rates, correction)
         )
-        joint_rates = resolved_rates(rows, rates, mobility, wish, ik.damping)
-        torque = holding_torque(jacobian, desired_wrench, ik.feedforward)
+        joint_rates = resolved_rates(rows, rates, mobility, wish, damping)
+        torque = holding_torque(jacobian, desired_wrench, feedforward)
         return command_of(q, joint_rates, torque)
 
     @law

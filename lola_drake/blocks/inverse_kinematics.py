@@ -16,7 +16,6 @@ the task is the feet's motion relative to the CoM.
 
 from dataclasses import dataclass
 from math import sqrt
-from typing import NamedTuple
 
 import numpy as np
 
@@ -51,21 +50,6 @@ class InverseKinematicsParams:
         validate(self)
 
 
-class IkGains(NamedTuple):
-    """The parameters that laws read, as plain numbers; see `InverseKinematicsParams`."""
-
-    drift_correction: float
-    damping: float
-    comfort_gain: float
-    limit_gain: float
-    feedforward: float
-
-
-def ik_constants(params: InverseKinematicsParams) -> IkGains:
-    """Return the parameters for a law of another block."""
-    return IkGains(*(getattr(params, name) for name in IkGains._fields))
-
-
 @dataclass(frozen=True)
 class Redundancy:
     """What the joints that the task leaves free do; all angles in rad.
@@ -80,6 +64,10 @@ class Redundancy:
     lower: np.ndarray
     upper: np.ndarray
     mobility: np.ndarray
+
+
+RESOLUTION = ("drift_correction", "damping", "comfort_gain", "limit_gain", "feedforward")
+"""The parameters that a law needs to resolve the joint rates."""
 
 
 def redundancy(params: InverseKinematicsParams, kinematics: Kinematics, comfort: np.ndarray):

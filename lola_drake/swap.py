@@ -1,0 +1,88 @@
+"""A law of one's own in place of a block."""
+
+from collections.abc import Callable, Mapping
+
+from pydrake.systems.framework import LeafSystem, PortDataType
+
+from lola_drake.block import Block, BlockError
+from lola_drake.signals import Signal, signal_of, split_foot
+from lola_drake.typed_yaml import suggestion
+
+Replacement = Block | LeafSystem | type[Block] | Callable[[Block], Block | LeafSystem]
+"""A block or a system of Drake's; or a class of blocks, or a function of the block it replaces."""
+
+
+def swapped(
+    blocks: Mapping[str, Block], replacements: Mapping[str, Replacement]
+) -> dict[str, Block | LeafSystem]:
+    """Return blocks with some of them replaced.
+
+    Args:
+        blocks: by name.
+        replacements: by the names of what they replace; a name without its foot means both feet.
+
+    Raises:
+        BlockError: if there is no such block, or the replacement's ports do not fit.
+    """
+    result: dict[str, Block | LeafSystem] = dict(blocks)
+    for name, replacement in replacements.items():
+        targets = [known for known in blocks if name in (known, split_foot(known)[0])]
+        if not targets:
+            raise BlockError(f"no block is called {name!r}{suggestion(name, blocks)}")
+        if len(targets) > 1 and isinstance(replacement, (Block, LeafSystem)):
+            raise BlockError(f"{name}: give a class, or one block each for {' and '.join(targets)}")
+        for target in targets:
+            result[target] = _made(target, replacement, blocks[target])
+    return result
+
+
+def _made(name: str, replacement: Replacement, block: Block) -> Block | LeafSystem:
+    if isinstance(replacement, type) and issubclass(replacement, Block):
+        made = replacement.in_place_of(block)
+    elif isinstance(replacement, (Block, LeafSystem)):
+        made = replacement
+    else:
+        made = replacement(block)
+    if not isinstance(made, (Block, LeafSystem)):
+        raise BlockError(f"{name}: {made!r} is neither a Block nor a LeafSystem")
+    given = made.outputs if isinstance(made, Block) else _ports(made)[1]
+    for port, signal in block.outputs.items():
+        if port not in given:
+            raise BlockError(f"{name}: {_called(made)} gives no {port!r}, as it must")
+        if _size(given[port]) != signal.size:
+            raise BlockError(
+                f"{name}: {port!r} of {_called(made)} has {_size(given[port])} entries, "
+                f"it must have {signal.size}"
+            )
+    if isinstance(made, LeafSystem):
+        _check_inputs(name, made, block)
+    return made
+
+
+def _check_inputs(name: str, system: LeafSystem, block: Block) -> None:
+    for port, size in _ports(system)[0].items():
+        signal = signal_of(port)
+        known = signal.size if signal else None
+        if port not in block.inputs and known != size:
+            what = f"{known} entries" if known else "no signal of that name"
+            raise BlockError(f"{name}: input {port!r} of {_called(system)} has {size}, there is {what}")
+
+
+def _ports(system: LeafSystem) -> tuple[dict[str, int], dict[str, int]]:
+    inputs = [system.get_input_port(i) for i in range(system.num_input_ports())]
+    outputs = [system.get_output_port(i) for i in range(system.num_output_ports())]
+    return tuple(
+        {
+            port.get_name(): port.size() if port.get_data_type() == PortDataType.kVectorValued else 0
+            for port in ports
+        }
+        for ports in (inputs, outputs)
+    )
+
+
+def _size(port: Signal | int) -> int:
+    return port if isinstance(port, int) else port.size
+
+
+def _called(made: Block | LeafSystem) -> str:
+    return type(made).__name__
