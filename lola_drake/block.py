@@ -39,7 +39,7 @@ class law(staticmethod):  # noqa: N801
 
 
 class Part(NamedTuple):
-    """Some entries of a signal: a field, or several in a row; of the block's own foot, if it has one.
+    """Some entries of a signal: a field, or several in a row; of the block's own foot, if any.
 
     Attributes:
         signal: the signal.
@@ -71,10 +71,17 @@ class State(NamedTuple):
     Attributes:
         signal: what one sample of it is; it may hold several, the newest first.
         hidden: whether it is not an output.
+        start: the value of all its entries at the start, unless its block says otherwise.
     """
 
     signal: Signal
     hidden: bool = False
+    start: float = 0.0
+
+    @property
+    def resting(self) -> np.ndarray:
+        """Return one sample as it is at the start."""
+        return np.full(self.signal.size, self.start)
 
 
 class Reading(NamedTuple):
@@ -118,6 +125,7 @@ class Block:
         held: whether it stays as it is in linear models: it does not depend on the robot.
         switching: whether its state only switches; it does not move by a little.
         differentiable: whether its laws work on AutoDiffXd.
+        acts_outside: parameters on which more than the block depends.
     """
 
     Params: ClassVar[type | None] = None
@@ -129,6 +137,7 @@ class Block:
     held: ClassVar[bool] = False
     switching: ClassVar[bool] = False
     differentiable: ClassVar[bool] = True
+    acts_outside: ClassVar[tuple[str, ...]] = ()
 
     laws: ClassVar[dict[str, Callable]] = {}
     states: ClassVar[dict[str, State]] = {}
@@ -153,7 +162,7 @@ class Block:
         Args:
             params: its parameters, a dataclass made of `parameter`; those with a slider are gains.
             foot: "l" or "r" for a block of one foot.
-            initial: state at the start, by the names of its parts; zero where it says nothing.
+            initial: state at the start, by the names of its parts.
             constants: what else its laws need, by the names of their arguments.
 
         Raises:
@@ -163,7 +172,7 @@ class Block:
         self.constants = constants
         self.gains = {f.name: f for f in _fields(params) if f.metadata.get("slider")}
         self.initial = {
-            name: np.array((initial or {}).get(name, np.zeros(state.signal.size)), dtype=float)
+            name: np.array((initial or {}).get(name, state.resting), dtype=float)
             for name, state in self.states.items()
         }
         # All arguments are looked at now, so that what is missing is said at once.
@@ -244,7 +253,9 @@ class Block:
         if name == "time":
             return Argument("time", name)
         if name == "foot" or name in self.constants or hasattr(self.params, name):
-            return Argument("noise" if isinstance(self.constants.get(name), Noise) else "constant", name)
+            return Argument(
+                "noise" if isinstance(self.constants.get(name), Noise) else "constant", name
+            )
         try:
             self.signal(name)
         except BlockError:
@@ -268,7 +279,7 @@ def _fields(params: object) -> tuple[dataclasses.Field, ...]:
 
 
 def _card(cls: type[Block]) -> str:
-    """Return Drake's port card of a class of blocks; constants are those names that are no signal."""
+    """Return Drake's port card of a class of blocks."""
     functions = [*cls.laws.values(), *([cls.next_state] if hasattr(cls, "next_state") else [])]
     known = SIGNALS | {signal.name: signal for signal in cls.signals}
     inputs = {}
@@ -277,8 +288,10 @@ def _card(cls: type[Block]) -> str:
             inputs[cls.objects[name].port] = None
         elif name in cls.parts:
             inputs[cls.parts[name].signal.name] = None
-        elif name not in cls.states and name not in cls.laws and (
-            name in known or split_foot(name)[0] in known
+        elif (
+            name not in cls.states
+            and name not in cls.laws
+            and (name in known or split_foot(name)[0] in known)
         ):
             inputs[name] = None
     outputs = [name for name in cls.laws if not name.startswith("next_")]

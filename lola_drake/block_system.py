@@ -1,10 +1,10 @@
 """The Drake system of a block: ports, tickets, state, gains and updates out of its declaration."""
 
 from collections.abc import Callable, Iterable
+from functools import cache
 
 import numpy as np
 from pydrake.autodiffutils import AutoDiffXd
-from pydrake.common.value import Value
 from pydrake.systems.framework import (
     BasicVector_,
     Context,
@@ -101,7 +101,7 @@ def BlockSystem_(T):  # noqa: N802
             return update
 
         def _law(self, name: str) -> tuple[Callable, list[Callable]]:
-            """Return a law, compiled if it can be, and what reads its arguments out of a context."""
+            """Return a law, compiled if it can be, and what reads its arguments."""
             function = self.block.laws[name]
             if T is float and compiling():
                 try:
@@ -161,6 +161,16 @@ def BlockSystem_(T):  # noqa: N802
 
 
 BlockSystem = BlockSystem_[float]
+
+
+def system_of(block: Block) -> BlockSystem:
+    """Return the Drake system of a block; in Drake's own drawings it is called as the block is."""
+    return _named(type(block).__name__)(block)
+
+
+@cache
+def _named(name: str) -> type[BlockSystem]:
+    return type(name, (BlockSystem,), {"__module__": __name__})
 
 
 def _in_order(block: Block) -> Iterable[str]:

@@ -7,7 +7,7 @@ import numpy as np
 from pydrake.systems.framework import Diagram, DiagramBuilder, LeafSystem
 
 from lola_drake.block import Block
-from lola_drake.block_system import BlockSystem
+from lola_drake.block_system import system_of
 from lola_drake.blocks.com_dynamics import ComDynamics
 from lola_drake.blocks.configuration_force_control import ConfigurationForceControl
 from lola_drake.blocks.force_distribution import ForceDistribution
@@ -160,7 +160,7 @@ class WalkingController(Diagram):
 
 def add_block(builder: DiagramBuilder, name: str, block: Block | LeafSystem) -> LeafSystem:
     """Add a block to a diagram, or a system of Drake's in its place, and return the system."""
-    system = BlockSystem(block) if isinstance(block, Block) else block
+    system = system_of(block) if isinstance(block, Block) else block
     return builder.AddNamedSystem(name, system)
 
 

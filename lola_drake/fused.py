@@ -18,9 +18,15 @@ import numpy as np
 from pydrake.systems.framework import BasicVector, LeafSystem
 
 from lola_drake.block import Argument, Block, BlockError, Reading
-from lola_drake.block_system import machine_value, needed_outputs, plain_value, sample_arguments, tick_of
+from lola_drake.block_system import (
+    machine_value,
+    needed_outputs,
+    plain_value,
+    sample_arguments,
+    tick_of,
+)
 from lola_drake.compiled import NotCompilable, compiled, compiled_text, compiling
-from lola_drake.signals import PERIOD, Signal, of_foot
+from lola_drake.signals import PERIOD, of_foot
 
 Blocks = Mapping[str, Block]
 """Blocks by their names in the diagram; one of one foot ends in _l or _r."""
@@ -102,18 +108,16 @@ class Layout:
         return where
 
     def _lay_states(self) -> None:
-        hidden_first = sorted(
-            ((not state.hidden, name, part) for name, b in self.blocks.items() for part, state in b.states.items()),
-            key=lambda entry: entry[0],
-        )
-        for visible, name, part in hidden_first:
-            block = self.blocks[name]
-            where = self.state[name, part] = self._take(block.initial[part])
-            if visible:
-                self.signals[of_foot(part, block.foot)] = where
+        for hidden in (True, False):
+            first_of_kind = self._size
+            for name, block in self.blocks.items():
+                for part, state in block.states.items():
+                    if state.hidden == hidden:
+                        where = self.state[name, part] = self._take(block.initial[part])
+                        if not hidden:
+                            self.signals[of_foot(part, block.foot)] = where
         self.states = slice(0, self._size)
-        first = min((at.start for at in self.signals.values()), default=self._size)
-        self.visible = slice(first, self._size)
+        self.visible = slice(first_of_kind, self._size)
 
     def _lay_outputs(self) -> None:
         for block in self.blocks.values():
@@ -122,7 +126,7 @@ class Layout:
                     self.signals[of_foot(name, block.foot)] = self._take(np.zeros(signal.size))
 
     def _lay_inputs(self) -> None:
-        for name, block in self.blocks.items():
+        for block in self.blocks.values():
             for port, what in block.inputs.items():
                 if isinstance(what, Reading):
                     continue
@@ -259,8 +263,9 @@ def programs(layout: Layout, compile_laws: bool) -> list[Callable[[np.ndarray], 
 
 def _programs(layout: Layout, fit: Callable[[Call], bool]) -> list[Callable]:
     found = []
-    for compile_it, calls in groupby(layout.calls, fit):
-        found += [_in_machine_code(list(calls))] if compile_it else map(_in_python, calls)
+    for compile_them, group in groupby(layout.calls, fit):
+        calls = list(group)
+        found += [_in_machine_code(calls)] if compile_them else map(_in_python, calls)
     return found
 
 
@@ -326,9 +331,7 @@ def _in_machine_code(calls: list[Call]) -> Callable[[np.ndarray], None]:
         (result,) = call.results
         target = f"v[{position(result.start)} : {position(result.stop)}]"
         lines.append(f"    {target} = {name}({', '.join(map(text, call.arguments))})")
-    function = compiled_text(
-        "tick", "\n".join(["def tick(v, at, constants):", *lines, ""]), laws
-    )
+    function = compiled_text("tick", "\n".join(["def tick(v, at, constants):", *lines, ""]), laws)
     positions, values = np.array(at), tuple(constants)
     try:
         _compile(function, positions, values)

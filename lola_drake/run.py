@@ -97,6 +97,36 @@ class Run:
                 return system.GetOutputPort(name).Eval(system.GetMyContextFromRoot(self.context))
         raise KeyError(name)
 
+    @property
+    def plant_state(self) -> np.ndarray:
+        """Return the plant's positions and velocities, shape (61,)."""
+        context = self.plant.GetMyContextFromRoot(self.context)
+        return self.plant.get_state_output_port().Eval(context)
+
+    def state(self, block: str, part: str) -> np.ndarray:
+        """Return a part of a block's state."""
+        if self.fused:
+            state = self.fused.GetMyContextFromRoot(self.context).get_discrete_state_vector()
+            return state.value()[self.fused.layout.state[block, part]]
+        system = self._systems[block]
+        context = system.GetMyContextFromRoot(self.context)
+        return context.get_discrete_state(list(system.block.states).index(part)).value()
+
+    def command(self, velocity: np.ndarray) -> None:
+        """Ask for v_x, v_y (m/s) and a turn rate (rad/s) from now on.
+
+        Only where the scenario has no commands of its own.
+        """
+        source = self.diagram.GetSubsystemByName("walk_command")
+        context = source.GetMyMutableContextFromRoot(self.context)
+        source.get_mutable_source_value(context).SetFromVector(velocity)
+
+    def forget(self, kept: int) -> None:
+        """Drop what was recorded if it is more than so many samples."""
+        log = self.diagram.GetSubsystemByName("log").FindMutableLog(self.context)
+        if log.num_samples() > kept:
+            log.Clear()
+
     def gains(self) -> Iterator[Gain]:
         """Yield the gains of all blocks, those of both feet once."""
         seen = set()
@@ -164,7 +194,9 @@ class Run:
         from lola_drake.simulation import log_ports
 
         named = ("imu", "foot_force_sensor", "contact_switches")
-        parts = [self.diagram.GetSubsystemByName(n) for n in ("controller", "plant", "walk_command")]
+        parts = [
+            self.diagram.GetSubsystemByName(n) for n in ("controller", "plant", "walk_command")
+        ]
         sensors = [self.diagram.GetSubsystemByName(name) for name in named]
         columns, first = {}, 0
         for name, port in log_ports(*parts, *sensors):

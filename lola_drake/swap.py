@@ -65,7 +65,9 @@ def _check_inputs(name: str, system: LeafSystem, block: Block) -> None:
         known = signal.size if signal else None
         if port not in block.inputs and known != size:
             what = f"{known} entries" if known else "no signal of that name"
-            raise BlockError(f"{name}: input {port!r} of {_called(system)} has {size}, there is {what}")
+            raise BlockError(
+                f"{name}: input {port!r} of {_called(system)} has {size}, there is {what}"
+            )
 
 
 def _ports(system: LeafSystem) -> tuple[dict[str, int], dict[str, int]]:
@@ -73,7 +75,9 @@ def _ports(system: LeafSystem) -> tuple[dict[str, int], dict[str, int]]:
     outputs = [system.get_output_port(i) for i in range(system.num_output_ports())]
     return tuple(
         {
-            port.get_name(): port.size() if port.get_data_type() == PortDataType.kVectorValued else 0
+            port.get_name(): port.size()
+            if port.get_data_type() == PortDataType.kVectorValued
+            else 0
             for port in ports
         }
         for ports in (inputs, outputs)

@@ -9,7 +9,9 @@ from pydrake.systems.framework import Diagram, DiagramBuilder, LeafSystem
 from pydrake.systems.primitives import Demultiplexer
 
 from lola_drake.blocks.joint_servos import set_servo_gains
+from lola_drake.controller import initial_stance
 from lola_drake.plant import add_plant, pad_geometries, set_start
+from lola_drake.robot import Kinematics
 from lola_drake.scenario import Scenario
 from lola_drake.signals import FEET, JOINTS, PERIOD
 from lola_drake.simulation import build_simulation
@@ -62,7 +64,7 @@ def bare_plant(scenario: Scenario, commands: np.ndarray) -> Diagram:
     plant, _ = add_plant(builder, scenario.ground)
     plant.Finalize()
     set_servo_gains(plant, scenario.control.servos)
-    stance = build_simulation(scenario).GetSubsystemByName("controller").stance
+    stance = initial_stance(scenario, Kinematics())
     set_start(plant, scenario.start, scenario.ground, stance.q, stance.p_PT)
     replay = builder.AddSystem(_Replay(commands))
     parts = builder.AddSystem(Demultiplexer([2 * len(JOINTS), len(JOINTS)]))

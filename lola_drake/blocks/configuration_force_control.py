@@ -68,7 +68,7 @@ from lola_drake.theory.kinematics import (
 OVERDUE = Signal(
     "overdue_feet",
     "How long each foot has been overdue on the ground; -1 once it has touched.",
-    (Field("time", FEET, "s"),),
+    (Field("overdue", FEET, "s"),),
 )
 RIGID_HEIGHT_RATES = np.array([[pad.y, -pad.x, 1.0] for pad in PADS])
 """The heights of the pads' centres by a rigid foot's sin gamma_x, sin gamma_y and z."""
@@ -183,7 +183,7 @@ class ConfigurationForceControl(Block):
     """
 
     Params = HybridForceControlParams
-    state = (State(JOINT_ANGLES, hidden=True), State(OVERDUE, hidden=True))
+    state = (State(JOINT_ANGLES, hidden=True), State(OVERDUE, hidden=True, start=TOUCHED))
     parts = {
         "support": Part(GAIT_PHASE, "support"),
         "blend": Part(GAIT_PHASE, "blend"),
@@ -215,7 +215,7 @@ class ConfigurationForceControl(Block):
         areas = np.array([pad.area for pad in PADS])
         super().__init__(
             params,
-            initial={JOINT_ANGLES.name: initial, OVERDUE.name: np.full(2, TOUCHED)},
+            initial={JOINT_ANGLES.name: initial},
             tree=kinematics.tree,
             sensor=sensor,
             stiffness=stiffness * areas / areas.sum(),

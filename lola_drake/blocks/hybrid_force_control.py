@@ -48,7 +48,7 @@ TOUCHED = -1.0
 OVERDUE = Signal(
     "overdue",
     "How long a foot has been overdue on the ground; -1 once it has touched.",
-    (Field("time", ("",), "s"),),
+    (Field("overdue", ("",), "s"),),
 )
 
 
@@ -242,7 +242,7 @@ class HybridForceControl(Block):
     """
 
     Params = HybridForceControlParams
-    state = (TASK_MODIFICATION, State(OVERDUE, hidden=True))
+    state = (TASK_MODIFICATION, State(OVERDUE, hidden=True, start=TOUCHED))
     parts = {
         "w_id": Part(TASK_REFERENCE, "w"),
         "w_dot_id": Part(TASK_REFERENCE, "w_dot"),

@@ -76,6 +76,7 @@ class JointServos(Block):
 
     Params = JointServosParams
     kind = "actuation"
+    acts_outside = ("position_gain", "velocity_bandwidth")
     state = (State(UNDER_WAY, hidden=True), JOINT_DESIRED_STATE, JOINT_FEEDFORWARD)
 
     def __init__(

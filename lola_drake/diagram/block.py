@@ -1,6 +1,5 @@
 """The data of a block diagram: blocks, ports, nets, and what they mean."""
 
-import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -9,8 +8,6 @@ from lola_drake import signals
 
 KINDS = ("command", "sensor", "planning", "control", "actuation", "plant", "logging")
 """What a block is for, roughly in the order in which a signal meets them."""
-
-_SIGNALS = {s.name: s for s in vars(signals).values() if isinstance(s, signals.Signal)}
 
 
 @dataclass(frozen=True)
@@ -33,7 +30,7 @@ class Port:
     @property
     def signal(self) -> signals.Signal | None:
         """Return what flows here, if it is one of the controller's signals."""
-        return _SIGNALS.get(self.name) or _SIGNALS.get(re.sub("_[lr]$", "", self.name))
+        return signals.signal_of(self.name)
 
 
 End = tuple[str, str]

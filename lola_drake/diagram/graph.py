@@ -22,14 +22,9 @@ from pydrake.systems.framework import (
 from lola_drake.diagram.block import Block, End, Net, Port
 from lola_drake.diagram.logs import mark_logs, pruned, wired, without_logs
 
-_KIND_OF = {
+_LIBRARY_KINDS = {
     "ConstantVectorSource": "command",
     "TrajectorySource": "command",
-    "Imu": "sensor",
-    "FootForceSensor": "sensor",
-    "ContactSwitches": "sensor",
-    "WalkingPattern": "planning",
-    "JointServos": "actuation",
     "MultibodyPlant": "plant",
     "SceneGraph": "plant",
     "VectorLogSink": "logging",
@@ -65,8 +60,10 @@ def read_block(system: System, *, logging: bool = False) -> Block:
 
 
 def _read(system: System) -> Block:
-    kind_of = (_KIND_OF.get(cls.__name__) for cls in type(system).__mro__)
-    module = type(system).__module__
+    declared = getattr(system, "block", None)
+    cls = type(system if declared is None else declared)
+    library = (_LIBRARY_KINDS.get(base.__name__) for base in cls.__mro__)
+    kind = declared.kind if declared else next(filter(None, library), "control")
     children, nets = (), ()
     if isinstance(system, Diagram):
         nets = _nets(system)
@@ -82,13 +79,13 @@ def _read(system: System) -> Block:
     )
     direct = {sink for _, sink in through}
     return Block(
-        name=system.get_name() or type(system).__name__,
-        type=type(system).__name__,
-        kind=next(filter(None, kind_of), "control"),
-        doc=_one_line(type(system)),
-        equations=_equations(type(system)),
-        module=module,
-        source=_source_file(type(system)),
+        name=system.get_name() or cls.__name__,
+        type=cls.__name__,
+        kind=kind,
+        doc=_one_line(cls),
+        equations=_equations(cls),
+        module=cls.__module__,
+        source=_source_file(cls),
         period=_period(system),
         states=() if isinstance(system, Diagram) else _states(system),
         inputs=tuple(inputs),

@@ -10,13 +10,6 @@ from lola_drake.linear.interconnection import LinearBlocks
 from lola_drake.linear.isolated import IsolatedBlocks, isolate
 from lola_drake.linear.wiring import Selection, Source, Wiring
 
-FROZEN, SWITCHING = ("WalkingPattern",), ("ContactSwitches",)
-"""Classes of blocks that are held: what they say in this tick stays as it is.
-
-The walking pattern does not depend on the robot. Switches do not move by a little; their block is
-let go where another of its signals is read.
-"""
-
 
 def linear_blocks(
     system: System,
@@ -44,7 +37,7 @@ def linear_blocks(
     held = {
         path
         for path, block in wiring.blocks.items()
-        if path in hold or _is_held(block, any(source.block == path for source in read))
+        if path in hold or is_held(block, any(source.block == path for source in read))
     }
     moving = _moving(isolated, held, read)
     jacobians = []
@@ -62,9 +55,13 @@ def linear_blocks(
     return LinearBlocks(isolated, tuple(jacobians), tuple(sorted(held)), _period(isolated, moving))
 
 
-def _is_held(block: System, is_read: bool) -> bool:
-    name = type(block).__name__
-    return name in FROZEN or (name in SWITCHING and not is_read)
+def is_held(system: System, is_read: bool = False) -> bool:
+    """Return whether a block stays as it is: it declares that it does, or that it only switches.
+
+    A block that switches is let go where a signal of its is read: another one may move.
+    """
+    block = getattr(system, "block", None)
+    return block is not None and (block.held or (block.switching and not is_read))
 
 
 def _moving(isolated: IsolatedBlocks, held: set[str], read: set[Source]) -> set[str]:

@@ -5,36 +5,17 @@ from pydrake.multibody.plant import MultibodyPlant
 from pydrake.systems.framework import InputPort, OutputPort, PortDataType, System
 
 from lola_drake import signals
-from lola_drake.signals import JOINTS, Signal
+from lola_drake.signals import Signal
 
-_SIGNALS = {s.name: s for s in vars(signals).values() if isinstance(s, Signal)}
 _SWITCH_UNITS = ("0/1", "-1/0/1")
 _FORCE = ("T.x", "T.y", "T.z", "F.x", "F.y", "F.z")
 
 _FORCE_UNITS, _FORCE_SCALE = ("N", "Nm", "Nm, N"), 100.0
 
 
-def _sample(signal: Signal, size: int | None = None) -> tuple[tuple[str, str], ...]:
-    return tuple(zip(signal.entry_names(), signal.entry_units(), strict=True))[:size]
-
-
-_STATES = {
-    "ComDynamics": _sample(signals.COM_DYNAMICS_RATE),
-    "ContactSwitches": _sample(signals.CONTACT) + _sample(signals.GROUND_FORCE),
-    "FootForceSensor": _sample(signals.MEASURED_WRENCH),
-    "ForceDistribution": _sample(signals.DESIRED_WRENCH, 6),
-    "HybridForceControl": (*_sample(signals.TASK_MODIFICATION), ("overdue", "s")),
-    "Imu": _sample(signals.TORSO_ORIENTATION),
-    "InverseKinematics": tuple((f"q.{joint}", "rad") for joint in JOINTS),
-    "JointServos": _sample(signals.JOINT_COMMAND),
-}
-"""Name and unit of what one sample of a block's state holds; a delay line holds several."""
-
-
 def signal_of(port: InputPort | OutputPort) -> Signal | None:
     """Return what `lola_drake.signals` says about a port, by its name."""
-    name = port.get_name()
-    signal = _SIGNALS.get(name) or _SIGNALS.get(name.removesuffix("_l").removesuffix("_r"))
+    signal = signals.signal_of(port.get_name())
     return signal if signal and signal.size == port.size() else None
 
 
@@ -76,28 +57,37 @@ def state_names(system: System, size: int) -> tuple[str, ...]:
     if isinstance(system, MultibodyPlant):
         names = (*_positions(system), *_velocities(system))
         return tuple(n.replace("_q", "_rot_") for n in names if not n.endswith("_qw"))
-    lines = _lines(system, size)
-    return tuple(
-        f"{name}@{line + 1}" if len(lines) > 1 else name
-        for line, sample in enumerate(lines)
-        for name, _ in sample
-    )
+    names = [name for name, _ in _state_entries(system, size)]
+    seen: dict[str, int] = {}
+    for name in names:
+        seen[name] = seen.get(name, 0) + 1
+    # A delay line holds several samples, the newest first.
+    count = dict.fromkeys(names, 0)
+    numbered = []
+    for name in names:
+        count[name] += 1
+        numbered.append(f"{name}@{count[name]}" if seen[name] > 1 else name)
+    return tuple(numbered)
 
 
 def state_scales(system: System, size: int) -> np.ndarray:
     """Return what is a lot for each coordinate: 100 N and Nm, 1 of everything else."""
     if isinstance(system, MultibodyPlant):
         return np.ones(size)
-    units = [unit for sample in _lines(system, size) for _, unit in sample]
+    units = [unit for _, unit in _state_entries(system, size)]
     return np.array([_FORCE_SCALE if unit in _FORCE_UNITS else 1.0 for unit in units])
 
 
-def _lines(system: System, size: int) -> list[tuple[tuple[str, str], ...]]:
-    """Return names and units of a block's state, sample by sample, the newest first."""
-    sample = _STATES.get(type(system).__name__, ())
-    if not sample or size % len(sample):
-        return [tuple((f"x{i}", "") for i in range(size))]
-    return [sample] * (size // len(sample))
+def _state_entries(system: System, size: int) -> list[tuple[str, str]]:
+    """Return name and unit of every entry of a block's state, as the block declares them."""
+    block = getattr(system, "block", None)
+    entries = [
+        entry
+        for name, state in (block.states if block else {}).items()
+        for _ in range(len(block.initial[name]) // state.signal.size)
+        for entry in zip(state.signal.entry_names(), state.signal.entry_units(), strict=True)
+    ]
+    return entries if len(entries) == size else [(f"x{i}", "") for i in range(size)]
 
 
 def _plant_entries(plant: MultibodyPlant, port: InputPort | OutputPort) -> tuple[str, ...]:

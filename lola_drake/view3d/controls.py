@@ -4,9 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 from pydrake.geometry import Meshcat
-from pydrake.systems.framework import Context, Diagram
 
-from lola_drake.view3d.gains import gains_of, get_gain, set_gain
+from lola_drake.run import Gain, Run
 
 RATE = "rate (0: max)"
 PAUSE, STOP, STAND = "pause, go on [P]", "stop [Esc]", "stand still [X]"
@@ -82,22 +81,21 @@ class Controls:
         self._meshcat.AddButton(name, key)
         self._clicks[name] = 0
 
-    def show_gains(self, diagram: Diagram, context: Context) -> None:
-        """Add a slider for every gain, at its value in the context."""
-        for gain in gains_of(diagram):
-            value = get_gain(diagram, context, gain)
-            slider = (gain.label, gain.low, gain.high, gain.step, value)
+    def show_gains(self, run: Run) -> None:
+        """Add a slider for every gain, at its value in the run."""
+        for gain in run.gains():
+            slider = (_label(gain), *gain.field.metadata["slider"], run.gain(gain))
             # The slider rounds: only what a user moves away from here counts.
-            self._gains[gain.label] = self._meshcat.AddSlider(*slider)
+            self._gains[_label(gain)] = self._meshcat.AddSlider(*slider)
 
-    def apply_gains(self, diagram: Diagram, context: Context) -> bool:
-        """Give the context the gains whose sliders have been moved; return whether any has."""
+    def apply_gains(self, run: Run) -> bool:
+        """Give the run the gains whose sliders have been moved; return whether any has."""
         moved = False
-        for gain in gains_of(diagram):
-            value = self._meshcat.GetSliderValue(gain.label)
-            if value != self._gains[gain.label]:
-                set_gain(diagram, context, gain, value)
-                self._gains[gain.label], moved = value, True
+        for gain in run.gains():
+            value = self._meshcat.GetSliderValue(_label(gain))
+            if value != self._gains[_label(gain)]:
+                run.set_gain(gain, value)
+                self._gains[_label(gain)], moved = value, True
         return moved
 
     def clicked(self, name: str) -> bool:
@@ -125,6 +123,13 @@ class Controls:
         if pad.index is not None and np.abs(pad.axes).max(initial=0.0) > DEAD:
             return gamepad_command(pad.axes)
         return np.array([self._meshcat.GetSliderValue(part.label) for part in STEERING])
+
+
+def _label(gain: Gain) -> str:
+    """Return a slider's name: short, since the panel is narrow."""
+    symbol = gain.field.metadata["symbol"] or gain.name.replace("_", " ")
+    unit = gain.field.metadata["unit"]
+    return f"{symbol} ({unit})" if unit else symbol
 
 
 def gamepad_command(axes: list[float]) -> np.ndarray:

@@ -10,13 +10,12 @@ import numpy as np
 from pydrake.geometry import Meshcat
 from pydrake.multibody.math import SpatialForce
 from pydrake.multibody.plant import ExternallyAppliedSpatialForce
-from pydrake.systems.framework import Context, Diagram
-from pydrake.systems.primitives import ConstantVectorSource
 
 from lola_drake.blocks.walking_pattern import unpack_request
 from lola_drake.figures.footprints import to_world
 from lola_drake.plant import plant_truth
 from lola_drake.results import Result
+from lola_drake.run import Run
 from lola_drake.scenario import Scenario
 from lola_drake.signals import FEET
 from lola_drake.simulation import simulate
@@ -61,10 +60,10 @@ class LiveView:
         self._push_end = 0.0
         self._planned: bytes | None = None
 
-    def __call__(self, diagram: Diagram, context: Context) -> float | None:
+    def __call__(self, run: Run) -> float | None:
         """Attend to a simulation, see `simulate`."""
         if self._controls is None:
-            self._open(diagram, context)
+            self._open(run)
         if self._controls.clicked(STOP):
             self.stopped = True
         if self._controls.clicked(PAUSE):
@@ -75,9 +74,9 @@ class LiveView:
             self._clock.stop()
             time.sleep(0.02)
             return 0.0
-        self._act(diagram, context)
-        self._draw(diagram, context)
-        self._clock.wait(context.get_time(), self._controls.rate)
+        self._act(run)
+        self._draw(run)
+        self._clock.wait(run.time, self._controls.rate)
         return CHUNK
 
     def signed(self, result: Result) -> Result:
@@ -93,42 +92,38 @@ class LiveView:
         self._controls = None
         self._clock.stop()
 
-    def _open(self, diagram: Diagram, context: Context) -> None:
-        source = diagram.GetSubsystemByName("walk_command")
-        self._steered = isinstance(source, ConstantVectorSource) and not self._scenario.walk.steps
-        plant = diagram.GetSubsystemByName("plant")
-        self._force = plant.get_applied_spatial_force_input_port()
-        pushes = not self._force.HasValue(plant.GetMyContextFromRoot(context))
+    def _open(self, run: Run) -> None:
+        walk = self._scenario.walk
+        self._steered = not walk.steps and not walk.command
+        force = run.plant.get_applied_spatial_force_input_port()
+        pushes = not force.HasValue(run.plant.GetMyContextFromRoot(run.context))
         self._controls = Controls(self._meshcat, steering=self._steered, pushes=pushes)
-        self._controls.show_gains(diagram, context)
-        self._draw(diagram, context)
+        self._controls.show_gains(run)
+        self._draw(run)
 
-    def _act(self, diagram: Diagram, context: Context) -> None:
+    def _act(self, run: Run) -> None:
         """Do to the simulation what the user asks for."""
-        self.interfered |= self._controls.apply_gains(diagram, context)
+        self.interfered |= self._controls.apply_gains(run)
         if self._steered:
-            source = diagram.GetSubsystemByName("walk_command")
-            value = source.get_mutable_source_value(source.GetMyMutableContextFromRoot(context))
-            value.SetFromVector(self._controls.command())
+            run.command(self._controls.command())
             self.interfered |= bool(np.any(self._controls.command()))
         for impulse in self._controls.pushes():
             self.interfered = True
-            push(diagram, context, impulse)
-            self._push_end = context.get_time() + PUSH_TIME
-        if 0.0 < self._push_end < context.get_time() + CHUNK / 2:
-            push(diagram, context, np.zeros(2))
+            push(run, impulse)
+            self._push_end = run.time + PUSH_TIME
+        if 0.0 < self._push_end < run.time + CHUNK / 2:
+            push(run, np.zeros(2))
             self._push_end = 0.0
 
-    def _draw(self, diagram: Diagram, context: Context) -> None:
-        signals = signals_now(diagram, context)
+    def _draw(self, run: Run) -> None:
+        signals = signals_now(run)
         (frame,) = frames_of(signals, self._scenario.ground)
-        now = context.get_time()
+        now = run.time
         self._puppet.pose(frame.torso, signals["joint_position"][0], now)
         self._markers.show(frame)
         follow(self._meshcat, frame.torso)
         self._meshcat.SetSimulationTime(now)
-        pattern = diagram.GetSubsystemByName("controller").GetSubsystemByName("walking_pattern")
-        request = pattern.packed_request(pattern.GetMyContextFromRoot(context))
+        request = run.state("walking_pattern", "request")
         if request.tobytes() != self._planned:
             self._planned = request.tobytes()
             self._markers.set_footsteps(next_footsteps(self._scenario, request))
@@ -138,11 +133,10 @@ def walk_live(scenario: Scenario, view: LiveView) -> None:
     """Let a user steer the robot until they stop it; after a fall it begins again."""
     endless = dataclasses.replace(scenario, duration=1e6)
 
-    def attend(diagram: Diagram, context: Context) -> float | None:
-        log = diagram.GetSubsystemByName("log").FindMutableLog(context)
-        step = view(diagram, context)
-        if step and log.num_samples() > KEPT:
-            log.Clear()
+    def attend(run: Run) -> float | None:
+        step = view(run)
+        if step:
+            run.forget(KEPT)
         return step
 
     fell = True
@@ -176,39 +170,32 @@ class _Clock:
                 self._start = (now, time.perf_counter())
 
 
-def push(diagram: Diagram, context: Context, impulse: np.ndarray) -> None:
+def push(run: Run, impulse: np.ndarray) -> None:
     """Push the torso until the next call.
 
     Args:
-        diagram: Of a simulation.
-        context: Of the same.
+        run: of a scenario.
         impulse: Forward and to the left, as the robot sees it, when it lasts `PUSH_TIME` (Ns).
     """
-    plant = diagram.GetSubsystemByName("plant")
-    plant_context = plant.GetMyMutableContextFromRoot(context)
+    plant = run.plant
+    context = plant.GetMyMutableContextFromRoot(run.context)
     torso = plant.GetBodyByName("torso")
-    forward = plant.EvalBodyPoseInWorld(plant_context, torso).rotation().matrix()[:2, 0]
+    forward = plant.EvalBodyPoseInWorld(context, torso).rotation().matrix()[:2, 0]
     left = np.array([-forward[1], forward[0]])
     force = ExternallyAppliedSpatialForce()
     force.body_index, force.p_BoBq_B = torso.index(), [0.0, 0.0, PUSH_HEIGHT]
     x, y = (impulse[0] * forward + impulse[1] * left) / PUSH_TIME
     force.F_Bq_W = SpatialForce([0.0, 0.0, 0.0], [x, y, 0.0])
     port = plant.get_applied_spatial_force_input_port()
-    port.FixValue(plant_context, [force] if np.any(impulse) else [])
+    port.FixValue(context, [force] if np.any(impulse) else [])
 
 
-def signals_now(diagram: Diagram, context: Context) -> dict[str, np.ndarray]:
-    """Return what the markers need of a simulation's signals, as a record of one row."""
-    plant, controller = (diagram.GetSubsystemByName(name) for name in ("plant", "controller"))
-    state = plant.get_state_output_port().Eval(plant.GetMyContextFromRoot(context))
-    signals = plant_truth(plant, state[None])
-    inside = controller.GetMyContextFromRoot(context)
-    for foot in FEET:
-        name = f"contact_wrench_{foot}"
-        signals[name] = controller.GetOutputPort(name).Eval(inside)[None]
-    switches = diagram.GetSubsystemByName("contact_switches")
-    ground = switches.GetOutputPort("ground_force").Eval(switches.GetMyContextFromRoot(context))
-    return signals | {"ground_force": ground[None]}
+def signals_now(run: Run) -> dict[str, np.ndarray]:
+    """Return what the markers need of a run's signals, as a record of one row."""
+    names = ("contact_wrench_l", "contact_wrench_r", "ground_force")
+    return plant_truth(run.plant, run.plant_state[None]) | {
+        name: run.signal(name)[None] for name in names
+    }
 
 
 def next_footsteps(scenario: Scenario, state: np.ndarray) -> dict[str, list[np.ndarray]]:

@@ -11,6 +11,7 @@ from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.primitives import AffineSystem, Integrator, Linearize
 
 import lola_drake as lola
+from lola_drake.block_system import system_of
 from lola_drake.blocks.hybrid_force_control import (
     FootSensor,
     HybridForceControl,
@@ -179,10 +180,11 @@ def ideal_force_loop(delta: float):
     """
     U = contact_matrix(PADS, 1.2e5 / sum(pad.area for pad in PADS))
     sensor = FootSensor(p_TcpSensor=(0.0, 0.0, 0.0), weight=0.0, p_TcpFoot=(0.0, 0.0, 0.0))
-    params = HybridForceControlParams(time_constant=delta, model_stiffness=1.2e5)
+    params = HybridForceControlParams(time_constant=delta)
     load = np.array([0.0, 0.0, 300.0])
     builder = DiagramBuilder()
-    block = builder.AddNamedSystem("control", HybridForceControl(params, "l", U, sensor, PERIOD))
+    law = HybridForceControl(params, "l", inverse_contact_matrix=np.linalg.inv(U), sensor=sensor)
+    block = builder.AddNamedSystem("control", system_of(law))
     to_sensor = np.zeros((MEASURED_WRENCH.size, 3))
     to_sensor[MEASURED_WRENCH.slice("T_l")][:2] = np.eye(3)[:2]
     to_sensor[MEASURED_WRENCH.slice("F_l")][2] = np.eye(3)[2]

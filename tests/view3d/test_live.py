@@ -2,15 +2,12 @@
 
 import numpy as np
 import pytest
-from pydrake.systems.analysis import Simulator
 
 from lola_drake.blocks.walking_pattern import pack_request, standing_request
 from lola_drake.scenario import load_scenario, override
-from lola_drake.simulation import build_simulation, simulate
-from lola_drake.typed_yaml import leaves, plain
+from lola_drake.simulation import ENGINES, simulate, start
 from lola_drake.view3d.controls import PUSHES, STEERING, Controls, gamepad_command
 from lola_drake.view3d.frames import frames_of
-from lola_drake.view3d.gains import GAINS, gains_of, get_gain, set_gain
 from lola_drake.view3d.live import LiveView, next_footsteps, push, signals_now
 from lola_drake.view3d.scene import open_meshcat
 
@@ -20,17 +17,12 @@ def stand():
     return load_scenario("stand")
 
 
-@pytest.fixture(scope="module")
-def diagram(stand):
-    return build_simulation(stand)
-
-
-@pytest.fixture
-def simulator(diagram):
-    """Return a simulation that has stood for a twentieth of a second."""
-    simulator = Simulator(diagram)
-    simulator.AdvanceTo(0.05)
-    return simulator
+@pytest.fixture(params=ENGINES)
+def run(request, stand):
+    """Return a run that has stood for a twentieth of a second."""
+    run = start(stand, engine=request.param)
+    run.advance(0.05)
+    return run
 
 
 @pytest.fixture(scope="module")
@@ -38,80 +30,77 @@ def meshcat():
     return open_meshcat()
 
 
-def find(label_start):
-    return next(gain for gain in GAINS if gain.label.startswith(label_start))
+def find(run, name):
+    return next(gain for gain in run.gains() if gain.name == name)
 
 
-def test_gains_are_those_of_the_scenario(diagram, stand):
-    context = diagram.CreateDefaultContext()
-    values = leaves(plain(stand))
-    for gain in GAINS:
-        assert get_gain(diagram, context, gain) == values[gain.key], gain.key
-        assert gain.low <= values[gain.key] <= gain.high
+def test_gains_are_those_of_the_scenario(run, stand):
+    control = stand.control
+    params = {
+        "imu_stabilizer": control.stabilizer,
+        "force_control": control.force,
+        "com_dynamics": control.com_dynamics,
+    }
+    gains = list(run.gains())
+    assert {gain.block for gain in gains} == params.keys()
+    for gain in gains:
+        low, high, _ = gain.field.metadata["slider"]
+        assert low <= run.gain(gain) == getattr(params[gain.block], gain.name) <= high
 
 
-def test_the_reference_variant_runs_without_com_dynamics(stand):
-    diagram = build_simulation(override(stand, {"variant": "ref"}))
-    assert get_gain(diagram, diagram.CreateDefaultContext(), find("g_a")) == 0.0
+@pytest.mark.parametrize("engine", ENGINES)
+def test_the_reference_variant_runs_without_com_dynamics(stand, engine):
+    run = start(override(stand, {"variant": "ref"}), engine=engine)
+    assert run.gain(find(run, "gain")) == 0.0
 
 
-def test_the_original_variant_has_no_gains_of_com_dynamics(stand):
-    diagram = build_simulation(override(stand, {"variant": "original"}))
-    context = diagram.CreateDefaultContext()
-    gains = {gain.label: get_gain(diagram, context, gain) for gain in gains_of(diagram)}
-    assert gains["δ (s)"] == stand.control.force.time_constant and "g_a (-)" not in gains
+@pytest.mark.parametrize("engine", ENGINES)
+def test_the_original_variant_has_no_gains_of_com_dynamics(stand, engine):
+    run = start(override(stand, {"variant": "original"}), engine=engine)
+    gains = {gain.name: run.gain(gain) for gain in run.gains()}
+    assert gains["time_constant"] == stand.control.force.time_constant
+    assert "decay_gain" not in gains
 
 
 @pytest.mark.parametrize(
     ("gain", "signal"),
-    [("δ", "task_command_l"), ("P (", "modified_wrench"), ("D", "joint_command")],
+    [
+        ("time_constant", "task_command_l"),
+        ("stiffness", "modified_wrench"),
+        ("damping", "joint_command"),
+    ],
 )
-def test_a_gain_acts_in_the_context_without_a_rebuild(diagram, simulator, gain, signal):
-    context = simulator.get_mutable_context()
-    controller = diagram.GetSubsystemByName("controller")
-    inside = controller.GetMyContextFromRoot(context)
-
-    def output():
-        return controller.GetOutputPort(signal).Eval(inside).copy()
-
-    before, changed = output(), find(gain)
-    value = get_gain(diagram, context, changed)
-    set_gain(diagram, context, changed, 2 * value)
-    assert np.abs(output() - before).max() > 1e-6
-    assert get_gain(diagram, context, changed) == 2 * value
-    set_gain(diagram, context, changed, value)
-    assert output() == pytest.approx(before, abs=1e-12)
+def test_a_gain_acts_without_a_rebuild(run, gain, signal):
+    before, changed = run.signal(signal).copy(), find(run, gain)
+    value = run.gain(changed)
+    run.set_gain(changed, 2 * value)
+    assert np.abs(run.signal(signal) - before).max() > 1e-6
+    assert run.gain(changed) == 2 * value
+    run.set_gain(changed, value)
+    assert run.signal(signal) == pytest.approx(before, abs=1e-12)
 
 
-def test_twice_the_time_constant_halves_the_answer_to_a_force_error(diagram, simulator):
-    context = simulator.get_mutable_context()
-    controller = diagram.GetSubsystemByName("controller")
-    inside = controller.GetMyContextFromRoot(context)
-
-    def rate_of_height():
-        return controller.GetOutputPort("task_command_l").Eval(inside)[6 + 2]
-
+def test_twice_the_time_constant_halves_the_answer_to_a_force_error(run):
     rates = []
     for factor in (1.0, 2.0, 1e9):
-        set_gain(diagram, context, find("δ"), 0.02 * factor)
-        rates.append(rate_of_height())
+        run.set_gain(find(run, "time_constant"), 0.02 * factor)
+        rates.append(run.signal("task_command_l")[6 + 2])
     fast, slow, none = rates
     # Half of it but for what the period adds: the rate is held.
     expected = (1 - np.exp(-0.025)) / (1 - np.exp(-0.05))
     assert (slow - none) / (fast - none) == pytest.approx(expected, rel=1e-6)
 
 
-def test_only_a_slider_that_was_moved_changes_its_gain(diagram, simulator, meshcat):
-    context = simulator.get_mutable_context()
-    set_gain(diagram, context, find("K_x"), 10.123)  # between two steps of the slider
+def test_only_a_slider_that_was_moved_changes_its_gain(run, meshcat):
+    run.set_gain(find(run, "position_gain"), 10.123)  # between two steps of the slider
     panel = Controls(meshcat, steering=False)
-    panel.show_gains(diagram, context)
-    assert not panel.apply_gains(diagram, context)
-    assert get_gain(diagram, context, find("K_x")) == 10.123
-    meshcat.SetSliderValue(find("g_a").label, 0.3)
-    assert panel.apply_gains(diagram, context)
-    assert get_gain(diagram, context, find("g_a")) == pytest.approx(0.3)
-    assert get_gain(diagram, context, find("K_x")) == 10.123
+    panel.show_gains(run)
+    assert not panel.apply_gains(run)
+    assert run.gain(find(run, "position_gain")) == 10.123
+    meshcat.SetSliderValue("g_a (-)", 0.3)
+    assert panel.apply_gains(run)
+    assert run.gain(find(run, "gain")) == pytest.approx(0.3)
+    assert run.gain(find(run, "position_gain")) == 10.123
 
 
 def test_the_panel_steers_only_a_robot_that_follows_it(meshcat):
@@ -135,26 +124,22 @@ def test_gamepad_forward_and_left_are_negative_axes():
     assert gamepad_command([]) == pytest.approx([0.0, 0.0, 0.0])
 
 
-def test_the_view_waits_until_somebody_looks(stand, diagram, simulator, meshcat):
+def test_the_view_waits_until_somebody_looks(stand, run, meshcat):
     view = LiveView(stand, meshcat)
-    context = simulator.get_mutable_context()
-    assert view(diagram, context) == 0.0
+    assert view(run) == 0.0
     assert meshcat.HasPath("/world/lola/lola/torso")
     assert meshcat.HasPath("/world/markers/ground force/left")
     view.stopped = True
-    assert view(diagram, context) is None
+    assert view(run) is None
 
 
-def test_the_robot_walks_as_the_panel_commands(stand, diagram, simulator, meshcat):
+def test_the_robot_walks_as_the_panel_commands(stand, run, meshcat):
     view = LiveView(stand, meshcat)
-    context = simulator.get_mutable_context()
-    view(diagram, context)
+    view(run)
     meshcat.SetSliderValue(STEERING[0].label, 0.25)
-    view._act(diagram, context)
-    simulator.AdvanceTo(0.06)
-    pattern = diagram.GetSubsystemByName("controller").GetSubsystemByName("walking_pattern")
-    request = pattern.packed_request(pattern.GetMyContextFromRoot(context))
-    footsteps = next_footsteps(stand, request)
+    view._act(run)
+    run.advance(0.06)
+    footsteps = next_footsteps(stand, run.state("walking_pattern", "request"))
     ahead = sorted(place[0] for foot in "lr" for place in footsteps[foot])
     assert ahead == pytest.approx([0.2, 0.4, 0.6])
 
@@ -171,21 +156,22 @@ def test_nothing_is_planned_while_standing(stand):
     assert next_footsteps(stand, state) == {"l": [], "r": []}
 
 
-def test_a_push_moves_the_robot_and_ends(diagram, simulator):
-    context = simulator.get_mutable_context()
-    plant = diagram.GetSubsystemByName("plant")
-    velocities = plant.GetVelocities(plant.GetMyContextFromRoot(context))
-    push(diagram, context, np.array([0.0, 6.0]))
-    simulator.AdvanceTo(0.1)
-    pushed = plant.GetVelocities(plant.GetMyContextFromRoot(context))
-    assert pushed[4] - velocities[4] > 0.01 > abs(pushed[3] - velocities[3])
-    push(diagram, context, np.zeros(2))
-    port = plant.get_applied_spatial_force_input_port()
-    assert port.Eval(plant.GetMyContextFromRoot(context)) == []
+def test_a_push_moves_the_robot_and_ends(run):
+    def velocities():
+        return run.plant.GetVelocities(run.plant.GetMyContextFromRoot(run.context))
+
+    before = velocities()
+    push(run, np.array([0.0, 6.0]))
+    run.advance(0.1)
+    pushed = velocities()
+    assert pushed[4] - before[4] > 0.01 > abs(pushed[3] - before[3])
+    push(run, np.zeros(2))
+    port = run.plant.get_applied_spatial_force_input_port()
+    assert port.Eval(run.plant.GetMyContextFromRoot(run.context)) == []
 
 
-def test_the_signs_show_the_present_moment(diagram, simulator, stand):
-    (frame,) = frames_of(signals_now(diagram, simulator.get_context()), stand.ground)
+def test_the_markers_show_the_present(run, stand):
+    (frame,) = frames_of(signals_now(run), stand.ground)
     assert frame.forces[:, 2].sum() == pytest.approx(60 * 9.81, rel=0.02)
     assert frame.com[2] == pytest.approx(0.87, abs=0.02)
     assert frame.zmp[:2] == pytest.approx(frame.com[:2], abs=0.02) and frame.zmp[2] == 0.0
@@ -194,8 +180,8 @@ def test_the_signs_show_the_present_moment(diagram, simulator, stand):
 def test_who_attends_decides_how_far_it_goes(stand):
     steps, times = [0.01, 0.0, 0.02, None], []
 
-    def attend(diagram, context):
-        times.append(round(context.get_time(), 3))
+    def attend(run):
+        times.append(round(run.time, 3))
         return steps.pop(0)
 
     result = simulate(stand, attend=attend)

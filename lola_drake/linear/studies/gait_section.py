@@ -6,18 +6,18 @@ from dataclasses import dataclass
 import numpy as np
 from pydrake.systems.framework import Context, Diagram
 
-from lola_drake.controller import PERIOD
 from lola_drake.linear.coordinates import Coordinates, coordinates
 from lola_drake.linear.errors import AnalysisError
 from lola_drake.linear.isolated import discrete_state, set_discrete_state
-from lola_drake.linear.linear_blocks import FROZEN, SWITCHING
+from lola_drake.linear.linear_blocks import is_held
 from lola_drake.linear.poles import neutral
 from lola_drake.linear.studies.operating_points import quiet
 from lola_drake.linear.tick_loop import TickLoop
 from lola_drake.linear.wiring import Wiring
+from lola_drake.plant import has_fallen
 from lola_drake.scenario import Scenario, override
-from lola_drake.signals import GAIT_PHASE
-from lola_drake.simulation import build_simulation, has_fallen
+from lola_drake.signals import GAIT_PHASE, PERIOD
+from lola_drake.simulation import build_simulation
 
 STEPS_PER_STRIDE = 2
 SETTLED = 1e-6
@@ -85,8 +85,7 @@ def section_context(section: Section) -> tuple[Diagram, Context]:
 def moving_coordinates(diagram: Diagram, context: Context) -> Coordinates:
     """Return the states that are moved: all but those of the plan and the switches."""
     wiring = Wiring(diagram)
-    still = (*FROZEN, *SWITCHING)
-    paths = [p for p, block in wiring.blocks.items() if type(block).__name__ not in still]
+    paths = [path for path, block in wiring.blocks.items() if not is_held(block)]
     return coordinates(wiring, context, paths)
 
 

@@ -10,8 +10,9 @@ from lola_drake.linear.equilibrium import find_equilibrium
 from lola_drake.linear.errors import AnalysisError, drake_errors
 from lola_drake.linear.studies.poses import Pose, place
 from lola_drake.linear.tick_loop import TickLoop
+from lola_drake.plant import has_fallen
 from lola_drake.scenario import Scenario, override
-from lola_drake.simulation import build_simulation, has_fallen
+from lola_drake.simulation import build_simulation
 
 QUIET = (
     "sensors.imu.angle_noise",

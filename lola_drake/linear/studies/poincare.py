@@ -24,7 +24,6 @@ import scipy.linalg
 from joblib import Parallel, delayed
 from pydrake.systems.framework import Context, Diagram
 
-from lola_drake.controller import PERIOD
 from lola_drake.linear.coordinates import Coordinates
 from lola_drake.linear.isolated import discrete_state
 from lola_drake.linear.linear_blocks import linear_blocks
@@ -40,6 +39,7 @@ from lola_drake.linear.studies.gait_section import (
 from lola_drake.linear.studies.text_table import Table
 from lola_drake.linear.tick_loop import TickLoop
 from lola_drake.scenario import Scenario
+from lola_drake.signals import PERIOD
 
 TRIED = (1e-4, 1e-5, 3e-6, 1e-6)
 """Steps among which the convergence check chooses, relative to what is a lot."""

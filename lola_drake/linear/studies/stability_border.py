@@ -69,7 +69,7 @@ def swings_up(situation: Situation, delta: float, duration: float = 1.0) -> bool
         delta: time constant of the force control (s).
         duration: of the simulation (s).
     """
-    ticks = TickLoop(situation.diagram, with_delta(situation, delta))
+    ticks = TickLoop(situation.diagram, with_gain(situation, "time_constant", delta))
     count = round(duration / ticks.period)
     kick = np.zeros((count, 12))
     kick[:10, [2, 8]] = KICK
@@ -82,12 +82,13 @@ def swings_up(situation: Situation, delta: float, duration: float = 1.0) -> bool
     return bool(late > max(early, NOISE) or late > 10 * KICK)
 
 
-def with_delta(situation: Situation, delta: float) -> Context:
-    """Return a copy of the situation's context in which both feet's delta is another (s)."""
+def with_gain(situation: Situation, name: str, value: float) -> Context:
+    """Return a copy of the situation's context in which a gain is another, in all its blocks."""
     context = situation.context.Clone()
-    for path, block in Wiring(situation.diagram).blocks.items():
-        if path.split(".")[-1].startswith("force_control"):
-            own_context(block, context).get_mutable_numeric_parameter(0).SetAtIndex(0, delta)
+    for system in Wiring(situation.diagram).blocks.values():
+        index = getattr(system, "gain_index", {}).get(name)
+        if index is not None:
+            own_context(system, context).get_mutable_numeric_parameter(index).SetAtIndex(0, value)
     return context
 
 

@@ -4,24 +4,11 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 
 from lola_drake.linear.interconnection import LinearBlocks
-from lola_drake.linear.linear_blocks import linear_blocks
+from lola_drake.linear.linear_blocks import is_held, linear_blocks
 from lola_drake.linear.studies.operating_points import Situation, quiet, situation
 from lola_drake.linear.wiring import Selection, Wiring
 from lola_drake.scenario import Scenario, override
-from lola_drake.signals import FEET
 from lola_drake.simulation import build_simulation
-
-_BLOCKS = {
-    "control.stabilizer.": ("imu_stabilizer",),
-    "control.distribution.": ("force_distribution",),
-    "control.force.": tuple(f"force_control_{foot}" for foot in FEET),
-    "control.com_dynamics.": tuple(f"com_dynamics_{foot}" for foot in FEET),
-    "control.inverse_kinematics.": ("inverse_kinematics",),
-    "control.servos.delay_ticks": ("joint_servos",),
-    "sensors.imu.": ("imu",),
-    "sensors.foot_force.": ("foot_force_sensor",),
-}
-"""Which blocks a parameter belongs to, where it has no part in the equilibrium."""
 
 
 @dataclass(frozen=True)
@@ -54,12 +41,27 @@ class Workpoint:
             changes: dotted keys of the scenario and their new values.
         """
         scenario = override(self.scenario, changes)
-        names = [_blocks_of(key) for key in changes]
-        if None in names or self.situation.residual is None:
+        owners = [self._owners(key) for key in changes]
+        if not all(owners) or self.situation.residual is None:
             return make_workpoint(scenario, self.at, self.inputs, self.outputs)
         changed = build_simulation(quiet(scenario))
-        blocks = self.blocks.with_blocks(changed, [name for group in names for name in group])
+        blocks = self.blocks.with_blocks(changed, [name for names in owners for name in names])
         return replace(self, scenario=scenario, blocks=blocks)
+
+    def _owners(self, key: str) -> list[str]:
+        """Return the blocks that a parameter belongs to; none if more than they depend on it."""
+        parent, _, name = key.rpartition(".")
+        params = self.scenario
+        for part in parent.split(".") if parent else ():
+            params = getattr(params, part, None)
+        return [
+            system.get_name()
+            for system in Wiring(self.situation.diagram).blocks.values()
+            if (block := getattr(system, "block", None))
+            and type(block.params) is type(params)
+            and not is_held(system)
+            and name not in block.acts_outside
+        ]
 
 
 def make_workpoint(
@@ -84,7 +86,3 @@ def make_workpoint(
     added, read = ([wiring.select(name) for name in names] for names in (inputs, outputs))
     blocks = linear_blocks(point.diagram, point.context, added, read)
     return Workpoint(scenario, at, point, blocks, inputs, outputs)
-
-
-def _blocks_of(key: str) -> tuple[str, ...] | None:
-    return next((names for start, names in _BLOCKS.items() if key.startswith(start)), None)
