@@ -8,12 +8,17 @@ from pydrake.systems.framework import Diagram, DiagramBuilder, LeafSystem
 from lola_drake.blocks.com_dynamics import ComDynamics
 from lola_drake.blocks.configuration_force_control import ConfigurationForceControl
 from lola_drake.blocks.force_distribution import ForceDistribution
-from lola_drake.blocks.hybrid_force_control import FootSensor, HybridForceControl
+from lola_drake.blocks.hybrid_force_control import (
+    FORCE_CONTROLLED,
+    FootSensor,
+    HybridForceControl,
+)
 from lola_drake.blocks.imu_stabilizer import ImuStabilizer
 from lola_drake.blocks.inverse_kinematics import InverseKinematics
-from lola_drake.blocks.joint_servos import JointServos
+from lola_drake.blocks.joint_servos import JointServos, JointServosParams, servo_gains
 from lola_drake.blocks.walking_pattern import WalkingPattern, standing_request
 from lola_drake.robot import (
+    FOOT_TASK,
     PADS,
     Kinematics,
     foot_sensor_geometry,
@@ -21,10 +26,10 @@ from lola_drake.robot import (
     posture,
     solve_posture,
 )
-from lola_drake.scenario import Control, Scenario
+from lola_drake.scenario import Scenario
 from lola_drake.signals import FEET, PERIOD
 from lola_drake.theory.constants import GRAVITY
-from lola_drake.theory.contact_model import contact_matrix
+from lola_drake.theory.contact_model import ServoCompliance, contact_matrix
 
 
 @dataclass(frozen=True)
@@ -55,6 +60,30 @@ def initial_stance(scenario: Scenario, kinematics: Kinematics) -> Stance:
     return Stance(q=q, p_PT=request.com - p_TCom, inertia=inertia)
 
 
+def servo_compliances(
+    kinematics: Kinematics, q: np.ndarray, servos: JointServosParams
+) -> list[ServoCompliance]:
+    """Return how each foot gives way to its own wrench: J K^-1 J^T, with the servos' stiffness K.
+
+    Args:
+        kinematics: the controller's model.
+        q: joint angles (rad), shape (24,).
+        servos: their parameters.
+    """
+    kinematics.update(q)
+    stiffness, _ = servo_gains(kinematics.plant, servos)
+    rows = [kinematics.jacobian[FOOT_TASK * foot + FORCE_CONTROLLED] for foot in range(len(FEET))]
+    return [
+        ServoCompliance(jacobian @ (jacobian / stiffness).T, 1 / servos.position_gain)
+        for jacobian in rows
+    ]
+
+
+def pads_matrix(scenario: Scenario) -> np.ndarray:
+    """Return U of eq. 8 for all pads of a foot, as stiff as the controller takes the ground."""
+    return contact_matrix(PADS, scenario.pattern.ground_stiffness / sum(pad.area for pad in PADS))
+
+
 class WalkingController(Diagram):
     """Everything between sensors and joints; every signal is also an output, for logs.
 
@@ -82,7 +111,7 @@ class WalkingController(Diagram):
         super().__init__()
         kinematics = Kinematics()
         self.stance = stance = initial_stance(scenario, kinematics)
-        control = scenario.active_control()
+        control = scenario.control
         builder = DiagramBuilder()
         add = builder.AddNamedSystem
 
@@ -99,7 +128,7 @@ class WalkingController(Diagram):
         stabilizer = add("imu_stabilizer", ImuStabilizer(control.stabilizer))
         distribution = add("force_distribution", ForceDistribution(control.distribution, PERIOD))
         add_motion = _add_configuration_space if scenario.variant == "original" else _add_task_space
-        motion = add_motion(builder, control, kinematics, stance)
+        motion = add_motion(builder, scenario, kinematics, stance)
         servos = add(
             "joint_servos",
             JointServos(
@@ -122,14 +151,15 @@ _Blocks = list[tuple[LeafSystem, str]]
 
 
 def _add_task_space(
-    builder: DiagramBuilder, control: Control, kinematics: Kinematics, stance: Stance
+    builder: DiagramBuilder, scenario: Scenario, kinematics: Kinematics, stance: Stance
 ) -> _Blocks:
     """Add the paper's force control and CoM dynamics of each foot, and the inverse kinematics."""
-    area = sum(pad.area for pad in PADS)
-    stiffness = contact_matrix(PADS, control.force.model_stiffness / area)
+    control = scenario.active_control()
     sensor = FootSensor(*foot_sensor_geometry(kinematics))
+    pads, servos = pads_matrix(scenario), servo_compliances(kinematics, stance.q, control.servos)
     force_control = [
-        (HybridForceControl(control.force, foot, stiffness, sensor, PERIOD), foot) for foot in FEET
+        (HybridForceControl(control.force, foot, pads, compliance, sensor, PERIOD), foot)
+        for foot, compliance in zip(FEET, servos, strict=True)
     ]
     com_dynamics = [
         (
@@ -149,14 +179,21 @@ def _add_task_space(
 
 
 def _add_configuration_space(
-    builder: DiagramBuilder, control: Control, kinematics: Kinematics, stance: Stance
+    builder: DiagramBuilder, scenario: Scenario, kinematics: Kinematics, stance: Stance
 ) -> _Blocks:
     """Add the force control of [23], which solves the inverse kinematics of both feet itself."""
-    sensor = FootSensor(*foot_sensor_geometry(kinematics))
+    control = scenario.active_control()
     block = builder.AddNamedSystem(
         "configuration_force_control",
         ConfigurationForceControl(
-            control.force, control.inverse_kinematics, kinematics, sensor, stance.q, PERIOD
+            control.force,
+            control.inverse_kinematics,
+            kinematics,
+            FootSensor(*foot_sensor_geometry(kinematics)),
+            scenario.pattern.ground_stiffness,
+            servo_compliances(kinematics, stance.q, control.servos),
+            stance.q,
+            PERIOD,
         ),
     )
     return [(block, "")]

@@ -22,7 +22,7 @@ from lola_drake.blocks.hybrid_force_control import (
 from lola_drake.blocks.imu_stabilizer import ImuStabilizerParams
 from lola_drake.robot import PADS
 from lola_drake.signals import DESIRED_WRENCH, GAIT_PHASE, JOINTS, MEASURED_WRENCH
-from lola_drake.theory.contact_model import contact_matrix
+from lola_drake.theory.contact_model import ServoCompliance, contact_matrix
 
 A = [[0.9, 0.1], [-0.2, 0.8]]
 
@@ -179,10 +179,13 @@ def ideal_force_loop(delta: float):
     """
     U = contact_matrix(PADS, 1.2e5 / sum(pad.area for pad in PADS))
     sensor = FootSensor(p_TcpSensor=(0.0, 0.0, 0.0), weight=0.0, p_TcpFoot=(0.0, 0.0, 0.0))
-    params = HybridForceControlParams(time_constant=delta, model_stiffness=1.2e5)
+    params = HybridForceControlParams(time_constant=delta)
+    stiff = ServoCompliance(np.zeros((3, 3)), relaxation=0.014)
     load = np.array([0.0, 0.0, 300.0])
     builder = DiagramBuilder()
-    block = builder.AddNamedSystem("control", HybridForceControl(params, "l", U, sensor, PERIOD))
+    block = builder.AddNamedSystem(
+        "control", HybridForceControl(params, "l", U, stiff, sensor, PERIOD)
+    )
     to_sensor = np.zeros((MEASURED_WRENCH.size, 3))
     to_sensor[MEASURED_WRENCH.slice("T_l")][:2] = np.eye(3)[:2]
     to_sensor[MEASURED_WRENCH.slice("F_l")][2] = np.eye(3)[2]

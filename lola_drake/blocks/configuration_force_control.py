@@ -1,7 +1,8 @@
 """Hybrid position/force control in configuration space: the predecessor [23] of the paper's law.
 
-The contact is a set of decoupled springs at the pads' centres. The gradient of the forces is taken
-with respect to the joint angles (eq. 9), so the inverse kinematics is part of the force control.
+The contact is a set of decoupled springs at the pads' centres, behind the servos as in the paper's
+law here. The gradient of the forces is taken with respect to the joint angles (eq. 9), so the
+inverse kinematics is part of the force control.
 The paper describes [23] in words; the equations here are our reading of them.
 
 | paper          | here                                                       |
@@ -23,6 +24,7 @@ rows one unit. The other directions are position-controlled. Levelling, grip, th
 limits are those of `HybridForceControl`.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -54,6 +56,7 @@ from lola_drake.signals import (
     TASK_REFERENCE,
     TORSO_ORIENTATION,
 )
+from lola_drake.theory.contact_model import ServoCompliance
 
 _BLEND, _SUPPORT = GAIT_PHASE.slice("blend").start, GAIT_PHASE.slice("support")
 _FEET_RATES = slice(TASK_REFERENCE.slice("w_dot_l").start, TASK_REFERENCE.slice("w_dot_r").stop)
@@ -79,6 +82,18 @@ def spring_gradient(
     """
     x, y = points.T
     return -(np.array([y, -x, np.ones(len(x))]) * stiffness).dot(height_rates)
+
+
+def share_of_contact(force_by_task: np.ndarray, compliance: np.ndarray) -> np.ndarray:
+    """Return what a contact's gradients are multiplied with where servos give way behind it.
+
+    S = (I - U C)^-1; S U is `command_gradient`.
+
+    Args:
+        force_by_task: U of the contact, d lambda / d w, shape (3, 3).
+        compliance: C, the motion of the foot by its wrench, shape (3, 3).
+    """
+    return np.linalg.inv(np.eye(3) - force_by_task.dot(compliance))
 
 
 @dataclass(frozen=True)
@@ -160,6 +175,8 @@ class ConfigurationForceControl(LeafSystem):
         ik_params: InverseKinematicsParams,
         kinematics: Kinematics,
         sensor: FootSensor,
+        stiffness: float,
+        compliances: Sequence[ServoCompliance],
         initial: np.ndarray,
         period: float,
     ):
@@ -170,6 +187,8 @@ class ConfigurationForceControl(LeafSystem):
             ik_params: those of the inverse kinematics.
             kinematics: the controller's model; the block uses it alone.
             sensor: a foot below its force sensor.
+            stiffness: vertical, of a foot's pads (N/m).
+            compliances: of the servos that hold each foot.
             initial: joint angles at the start (rad), shape (24,); also the comfort pose.
             period: the control period (s).
         """
@@ -178,7 +197,8 @@ class ConfigurationForceControl(LeafSystem):
         self._kinematics, self._known = kinematics, None
         self._resolution = JointResolution(ik_params, kinematics.position_limits, initial, period)
         areas = np.array([pad.area for pad in PADS])
-        self._stiffness = params.model_stiffness * areas / areas.sum()
+        self._stiffness = stiffness * areas / areas.sum()
+        self._compliances = compliances
         self._gains = self.DeclareNumericParameter(
             BasicVector([params.time_constant, params.position_gain])
         )
@@ -194,8 +214,7 @@ class ConfigurationForceControl(LeafSystem):
         sensing = own | {self._measured.ticket()}
         modifying = own | {self._reference.ticket()}
         everything = own | {
-            port.ticket()
-            for port in (self._reference, self._phase, self._desired, self._measured)
+            port.ticket() for port in (self._reference, self._phase, self._desired, self._measured)
         }
         everything |= {self._orientation.ticket(), self.all_parameters_ticket()}
         everything |= {self.discrete_state_ticket(self._overdue)}
@@ -292,9 +311,11 @@ class ConfigurationForceControl(LeafSystem):
         blend = self._phase.Eval(context).item(_BLEND + foot)
         grip = min(max(contact.item(2) / self._params.grip_force, 0.0), 1.0)
         points, height_rates = kinematics.pads(foot)
+        by_task = spring_gradient(points, _RIGID_HEIGHT_RATES, self._stiffness)
+        share = share_of_contact(by_task, self._compliances[foot].within(time_constant))
         return foot_law(
-            force_by_joints=spring_gradient(points, height_rates, self._stiffness),
-            force_by_task=spring_gradient(points, _RIGID_HEIGHT_RATES, self._stiffness),
+            force_by_joints=share.dot(spring_gradient(points, height_rates, self._stiffness)),
+            force_by_task=share.dot(by_task),
             task_by_joints=kinematics.jacobian[FOOT_TASK * foot + FORCE_CONTROLLED],
             force_rate=desired[DESIRED_WRENCH.slice(f"rate_{FEET[foot]}")]
             + error / held_time_constant(time_constant, self._period),

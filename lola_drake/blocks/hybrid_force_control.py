@@ -6,7 +6,7 @@
 | A_TF           | `wrench_at_tcp()`, eq. 13                |
 | lambda_f       | `contact_wrench`                         |
 | lambda_f,d     | `desired_wrench`                         |
-| U              | `contact_matrix`                         |
+| U^-1           | `inverse_gradient()`                     |
 | delta          | `time_constant`                          |
 | K_x            | `position_gain`                          |
 | b_f            | `blend` of `gait_phase`                  |
@@ -14,8 +14,9 @@
 | Delta w'       | `modification_rate()`, eq. 15, 16 and 21 |
 | w_mod, w_mod'  | `task_command`, eq. 10 and 11            |
 
-The model's stiffness is an estimate: LOLA's is not published. The paper says nothing of a foot that
-finds no ground where it is planned; that it seeks it (`seeking_rate()`) is our own choice.
+U is the gradient that the controller acts through: the pads in series with the servos. The paper
+says nothing of a foot that finds no ground where it is planned; that it seeks it
+(`seeking_rate()`) is our own choice.
 """
 
 from collections.abc import Sequence
@@ -39,6 +40,7 @@ from lola_drake.signals import (
     TASK_REFERENCE,
     TORSO_ORIENTATION,
 )
+from lola_drake.theory.contact_model import ServoCompliance
 
 FORCE_CONTROLLED = np.array([3, 4, 2])
 """S_c,f of eq. 12: sin gamma_x, sin gamma_y and z within a foot's task."""
@@ -56,12 +58,6 @@ class HybridForceControlParams:
     time_constant: float = parameter(0.02, "delta, of the force error (paper)", "s", above=0)
     position_gain: float = parameter(
         6.0, "K_x, return of the swing foot to the plan", "1/s", minimum=0
-    )
-    model_stiffness: float = parameter(
-        1.05e5,
-        "vertical stiffness of a whole foot in U; softer than the pads, see the README",
-        "N/m",
-        above=0,
     )
     grip_force: float = parameter(
         50.0, "vertical force from which on a foot's torques are controlled", "N", above=0
@@ -182,16 +178,49 @@ def wrench_at_tcp(
     )
 
 
+def inverse_gradient(
+    inverse_contact_matrix: Rows, compliance: Rows, relaxation: float, time_constant: float
+) -> tuple[tuple[float, ...], ...]:
+    """Return the inverse of the gradient that the controller acts through, shape (3, 3).
+
+    Pads and servos in series: U_pads^-1 - C / (1 + T / delta). A servo is a spring with a damper
+    beside it; what changes as quickly as delta meets both (own choice: with C alone 63 % of a step
+    of the torques would come in 0.77 delta).
+
+    Args:
+        inverse_contact_matrix: U_pads^-1 of eq. 8.
+        compliance: C, the motion of the foot by its wrench, its command held.
+        relaxation: T, the time constant with which the servos give way (s).
+        time_constant: delta (s).
+    """
+    u, c = inverse_contact_matrix, compliance
+    met = time_constant / (time_constant + relaxation)
+    return (
+        (u[0][0] - met * c[0][0], u[0][1] - met * c[0][1], u[0][2] - met * c[0][2]),
+        (u[1][0] - met * c[1][0], u[1][1] - met * c[1][1], u[1][2] - met * c[1][2]),
+        (u[2][0] - met * c[2][0], u[2][1] - met * c[2][1], u[2][2] - met * c[2][2]),
+    )
+
+
 def force_control_rate(
-    inverse_contact_matrix: Rows,
-    error: Sequence[float],
-    desired_rate: Sequence[float],
-    time_constant: float,
-) -> list[float]:
-    """Return w_f' of eq. 15 (sin gamma_x, sin gamma_y, z per second), shape (3,)."""
-    rates = zip(desired_rate, error, strict=True)
-    t_x, t_y, f_z = (desired + wrong / time_constant for desired, wrong in rates)
-    return [a * t_x + b * t_y + c * f_z for a, b, c in inverse_contact_matrix]
+    inverse: Rows, error: Sequence[float], desired_rate: Sequence[float], time_constant: float
+) -> tuple[float, float, float]:
+    """Return w_f' of eq. 15 (sin gamma_x, sin gamma_y, z per second).
+
+    Args:
+        inverse: U^-1, shape (3, 3).
+        error: lambda_d - lambda, T_x, T_y (Nm) and F_z (N).
+        desired_rate: lambda_d' (Nm/s, N/s).
+        time_constant: what to divide the error by (s), see `held_time_constant`.
+    """
+    t_x = desired_rate[0] + error[0] / time_constant
+    t_y = desired_rate[1] + error[1] / time_constant
+    f_z = desired_rate[2] + error[2] / time_constant
+    return (
+        inverse[0][0] * t_x + inverse[0][1] * t_y + inverse[0][2] * f_z,
+        inverse[1][0] * t_x + inverse[1][1] * t_y + inverse[1][2] * f_z,
+        inverse[2][0] * t_x + inverse[2][1] * t_y + inverse[2][2] * f_z,
+    )
 
 
 def held_time_constant(time_constant: float, period: float) -> float:
@@ -258,6 +287,7 @@ class HybridForceControl(AlgebraicSystem):
         params: HybridForceControlParams,
         foot: str,
         contact_matrix: np.ndarray,
+        compliance: ServoCompliance,
         sensor: FootSensor,
         period: float,
     ):
@@ -266,12 +296,14 @@ class HybridForceControl(AlgebraicSystem):
         Args:
             params: gains and limits.
             foot: "l" or "r".
-            contact_matrix: U of eq. 8, shape (3, 3).
+            contact_matrix: U_pads of eq. 8, shape (3, 3).
+            compliance: of the servos that hold the foot.
             sensor: the foot below its force sensor.
             period: the control period (s).
         """
         super().__init__()
         self._inverse = np.linalg.inv(contact_matrix).tolist()
+        self._compliance = compliance.matrix.tolist(), compliance.relaxation
         self._sensor, self._period = sensor, period
         self._grip_force, self._leveling = params.grip_force, params.leveling
         self._limits = params.limits().tolist()
@@ -339,7 +371,7 @@ class HybridForceControl(AlgebraicSystem):
         time_constant, position_gain = gains
 
         force_rate = force_control_rate(
-            self._inverse,
+            inverse_gradient(self._inverse, *self._compliance, time_constant),
             [
                 wanted - actual
                 for wanted, actual in zip(desired[self._desired_wrench], contact, strict=True)
