@@ -11,10 +11,14 @@ from lola_drake.block_system import system_of
 from lola_drake.blocks.com_dynamics import ComDynamics
 from lola_drake.blocks.configuration_force_control import ConfigurationForceControl
 from lola_drake.blocks.force_distribution import ForceDistribution
-from lola_drake.blocks.hybrid_force_control import FootSensor, HybridForceControl
+from lola_drake.blocks.hybrid_force_control import (
+    FORCE_CONTROLLED,
+    FootSensor,
+    HybridForceControl,
+)
 from lola_drake.blocks.imu_stabilizer import ImuStabilizer
 from lola_drake.blocks.inverse_kinematics import InverseKinematics
-from lola_drake.blocks.joint_servos import JointServos
+from lola_drake.blocks.joint_servos import JointServos, JointServosParams, servo_gains
 from lola_drake.blocks.walking_pattern import WalkingPattern, standing_request
 from lola_drake.robot import (
     PADS,
@@ -24,10 +28,11 @@ from lola_drake.robot import (
     posture,
     solve_posture,
 )
-from lola_drake.scenario import Control, Scenario
+from lola_drake.scenario import Scenario
 from lola_drake.signals import FEET, of_foot, split_foot
 from lola_drake.theory.constants import GRAVITY
-from lola_drake.theory.contact_model import contact_matrix
+from lola_drake.theory.contact_model import ServoCompliance, contact_matrix
+from lola_drake.theory.kinematics import FOOT_TASK
 
 Blocks = Mapping[str, Block | LeafSystem]
 """Blocks by their names, those of one foot ending in _l or _r; a system of Drake's may be one."""
@@ -73,7 +78,7 @@ def controller_blocks(
         steps: (forward, left, turn) per step, shape (n, 3); None to follow `walk_command`.
     """
     control = scenario.active_control()
-    add_motion = _configuration_space if scenario.variant == "original" else _task_space
+    motion = _configuration_space if scenario.variant == "original" else _task_space
     return {
         "walking_pattern": WalkingPattern(
             scenario.pattern,
@@ -83,24 +88,26 @@ def controller_blocks(
         ),
         "imu_stabilizer": ImuStabilizer(control.stabilizer),
         "force_distribution": ForceDistribution(control.distribution),
-        **add_motion(control, kinematics, stance),
+        **motion(scenario, kinematics, stance),
         "joint_servos": JointServos(
             control.servos, kinematics.velocity_limits, kinematics.effort_limits, stance.q
         ),
     }
 
 
-def _task_space(control: Control, kinematics: Kinematics, stance: Stance) -> dict[str, Block]:
+def _task_space(scenario: Scenario, kinematics: Kinematics, stance: Stance) -> dict[str, Block]:
     """Return the paper's force control and CoM dynamics of each foot, and inverse kinematics."""
-    area = sum(pad.area for pad in PADS)
-    stiffness = contact_matrix(PADS, control.force.model_stiffness / area)
+    control = scenario.active_control()
     sensor = FootSensor(*foot_sensor_geometry(kinematics))
+    compliances = servo_compliances(kinematics, stance.q, control.servos)
     blocks: dict[str, Block] = {}
-    for foot in FEET:
+    for foot, servos in zip(FEET, compliances, strict=True):
         blocks[of_foot("force_control", foot)] = HybridForceControl(
             control.force,
             foot,
-            inverse_contact_matrix=np.linalg.inv(stiffness),
+            inverse_contact_matrix=np.linalg.inv(pads_matrix(scenario)),
+            compliance=servos.matrix,
+            relaxation=servos.relaxation,
             sensor=sensor,
         )
     for foot in FEET:
@@ -117,9 +124,10 @@ def _task_space(control: Control, kinematics: Kinematics, stance: Stance) -> dic
 
 
 def _configuration_space(
-    control: Control, kinematics: Kinematics, stance: Stance
+    scenario: Scenario, kinematics: Kinematics, stance: Stance
 ) -> dict[str, Block]:
     """Return the force control of [23], which solves the inverse kinematics of both feet itself."""
+    control = scenario.active_control()
     return {
         "configuration_force_control": ConfigurationForceControl(
             control.force,
@@ -127,9 +135,34 @@ def _configuration_space(
             kinematics,
             FootSensor(*foot_sensor_geometry(kinematics)),
             stance.q,
-            control.force.model_stiffness,
+            scenario.pattern.ground_stiffness,
+            servo_compliances(kinematics, stance.q, control.servos),
         )
     }
+
+
+def servo_compliances(
+    kinematics: Kinematics, q: np.ndarray, servos: JointServosParams
+) -> list[ServoCompliance]:
+    """Return how each foot gives way to its own wrench: J K^-1 J^T, with the servos' stiffness K.
+
+    Args:
+        kinematics: the controller's model.
+        q: joint angles (rad), shape (24,).
+        servos: their parameters.
+    """
+    kinematics.update(q)
+    stiffness, _ = servo_gains(kinematics.plant, servos)
+    rows = [kinematics.jacobian[FOOT_TASK * foot + FORCE_CONTROLLED] for foot in range(len(FEET))]
+    return [
+        ServoCompliance(jacobian @ (jacobian / stiffness).T, 1 / servos.position_gain)
+        for jacobian in rows
+    ]
+
+
+def pads_matrix(scenario: Scenario) -> np.ndarray:
+    """Return U of eq. 8 for all pads of a foot, as stiff as the controller takes the ground."""
+    return contact_matrix(PADS, scenario.pattern.ground_stiffness / sum(pad.area for pad in PADS))
 
 
 class WalkingController(Diagram):

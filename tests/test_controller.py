@@ -6,10 +6,18 @@ import numpy as np
 import pytest
 from mirror import MIRRORED_JOINTS
 
-from lola_drake.blocks.joint_servos import JointServosParams
-from lola_drake.controller import WalkingController
+from lola_drake.blocks.hybrid_force_control import FORCE_CONTROLLED
+from lola_drake.blocks.joint_servos import JointServosParams, servo_gains
+from lola_drake.controller import (
+    WalkingController,
+    initial_stance,
+    pads_matrix,
+    servo_compliances,
+)
+from lola_drake.robot import FOOT_TASK, Kinematics
 from lola_drake.scenario import Scenario
 from lola_drake.signals import JOINTS, PERIOD
+from lola_drake.theory.contact_model import command_gradient
 
 SENSORS = ("torso_orientation", "measured_wrench", "contact")
 TICKS = 50
@@ -211,3 +219,43 @@ def _motion(variant, block=None, gain=None):
     for sensed in restless():
         loop.step(sensed)
     return loop.output("joint_desired_state")
+
+
+@pytest.fixture(scope="module")
+def stance():
+    kinematics = Kinematics()
+    return kinematics, initial_stance(Scenario(), kinematics)
+
+
+@pytest.mark.parametrize("foot", [0, 1])
+def test_a_foot_gives_way_to_its_wrench_as_its_servos_do(stance, foot):
+    """The joints turn by the wrench's torques over the servos' stiffness."""
+    kinematics, (q, servos) = stance[0], (stance[1].q, JointServosParams())
+    stiffness, damping = servo_gains(kinematics.plant, servos)
+    controlled = FOOT_TASK * foot + FORCE_CONTROLLED
+    compliance = servo_compliances(kinematics, q, servos)[foot]
+    assert damping / stiffness == pytest.approx(np.full(len(JOINTS), compliance.relaxation))
+    for wrench in 0.01 * np.diag([10.0, 10.0, 100.0]):
+        kinematics.update(q)
+        before, torque = kinematics.w[controlled].copy(), kinematics.jacobian[controlled].T @ wrench
+        kinematics.update(q + torque / stiffness)
+        moved = kinematics.w[controlled] - before
+        np.testing.assert_allclose(
+            compliance.matrix @ wrench, moved, atol=1e-3 * np.abs(moved).max()
+        )
+        assert moved @ wrench > 0
+
+
+def test_feet_give_way_in_the_mirror(stance):
+    left, right = servo_compliances(stance[0], stance[1].q, JointServosParams())
+    mirror = np.array([-1.0, 1.0, 1.0])
+    np.testing.assert_allclose(right.matrix, left.matrix * np.outer(mirror, mirror), atol=1e-9)
+
+
+def test_the_gradient_is_softer_than_the_pads(stance):
+    pads = pads_matrix(Scenario())
+    compliance, _ = servo_compliances(stance[0], stance[1].q, JointServosParams())
+    in_the_end = np.diag(command_gradient(pads, compliance.matrix)) / np.diag(pads)
+    assert in_the_end == pytest.approx([0.74, 0.72, 0.77], abs=0.01)
+    within = np.diag(command_gradient(pads, compliance.within(0.02))) / np.diag(pads)
+    assert within == pytest.approx([0.83, 0.81, 0.85], abs=0.01)

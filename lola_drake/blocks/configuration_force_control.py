@@ -1,7 +1,8 @@
 """Hybrid position/force control in configuration space: the predecessor [23] of the paper's law.
 
-The contact is a set of decoupled springs at the pads' centres. The gradient of the forces is taken
-with respect to the joint angles (eq. 9), so the inverse kinematics is part of the force control.
+The contact is a set of decoupled springs at the pads' centres, behind the servos as in the paper's
+law here. The gradient of the forces is taken with respect to the joint angles (eq. 9), so the
+inverse kinematics is part of the force control.
 The paper describes [23] in words; the equations here are our reading of them.
 
 | paper          | here                                                       |
@@ -22,6 +23,8 @@ where b goes from 0 (position) to 1 (force), and D, the diagonal of dlambda/dw, 
 rows one unit. The other directions are position-controlled. Levelling, grip, the late foot and
 limits are those of `HybridForceControl`.
 """
+
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -56,6 +59,7 @@ from lola_drake.signals import (
     Field,
     Signal,
 )
+from lola_drake.theory.contact_model import ServoCompliance
 from lola_drake.theory.kinematics import (
     FOOT_TASK,
     body_poses,
@@ -111,6 +115,33 @@ def solved(matrix, right):
         (a * (q * i - f * r) + p * second + c * (d * r - q * g)) / determinant,
         (a * (e * r - q * h) + b * (q * g - d * r) + p * third) / determinant,
     )
+
+
+def opened_by_servos(force_by_task, compliance, met):
+    """Return E - U C, by which servos that give way behind a contact lessen its gradients.
+
+    Args:
+        force_by_task: U of the contact, d lambda / d w, shape (3, 3).
+        compliance: C, the motion of the foot by its wrench, shape (3, 3).
+        met: the part of C that a wrench meets which changes within delta.
+    """
+    loop = np.zeros((3, 3))
+    for i in range(3):
+        loop[i, i] = 1.0
+        for j in range(3):
+            for k in range(3):
+                loop[i, j] -= force_by_task[i, k] * met * compliance[k][j]
+    return loop
+
+
+def behind_servos(loop, gradient):
+    """Return (E - U C)^-1 times a gradient of a contact, shape (3, n); see `command_gradient`."""
+    n = len(gradient[0])
+    series = np.zeros((3, n))
+    for k in range(n):
+        a, b, c = solved(loop, (gradient[0, k], gradient[1, k], gradient[2, k]))
+        series[0, k], series[1, k], series[2, k] = a, b, c
+    return series
 
 
 def foot_law(
@@ -201,6 +232,7 @@ class ConfigurationForceControl(Block):
         sensor: FootSensor,
         initial: np.ndarray,
         stiffness: float,
+        compliances: Sequence[ServoCompliance],
     ):
         """Create the block.
 
@@ -210,7 +242,8 @@ class ConfigurationForceControl(Block):
             kinematics: the controller's model.
             sensor: a foot below its force sensor.
             initial: joint angles at the start (rad), shape (24,); also the comfort pose.
-            stiffness: vertical, of a whole foot in the contact model (N/m).
+            stiffness: vertical, of a foot's pads (N/m).
+            compliances: of the servos that hold each foot.
         """
         areas = np.array([pad.area for pad in PADS])
         super().__init__(
@@ -219,6 +252,8 @@ class ConfigurationForceControl(Block):
             tree=kinematics.tree,
             sensor=sensor,
             stiffness=stiffness * areas / areas.sum(),
+            compliance=np.array([servos.matrix for servos in compliances]),
+            relaxation=compliances[0].relaxation,
             **{name: getattr(ik_params, name) for name in RESOLUTION},
             **vars(redundancy(ik_params, kinematics, initial)),
         )
@@ -267,6 +302,8 @@ class ConfigurationForceControl(Block):
         limits,
         rate_limits,
         stiffness,
+        compliance,
+        relaxation,
         tree,
         drift_correction,
         damping,
@@ -285,6 +322,7 @@ class ConfigurationForceControl(Block):
         w, jacobian = feet_motion(R, p, axes, com, com_rates, tree)
         rows, rates = jacobian.copy(), np.zeros(2 * FOOT_TASK)
         held = held_time_constant(time_constant)
+        met = time_constant / (time_constant + relaxation)
         force_rate, deviation, degree = np.zeros(3), np.zeros(3), np.zeros(3)
         for foot in range(2):
             first = FOOT_TASK * foot
@@ -304,9 +342,12 @@ class ConfigurationForceControl(Block):
             task_by_joints = np.zeros((3, len(q)))
             for i in range(3):
                 task_by_joints[i] = jacobian[controlled[i]]
+            by_joints = spring_gradient(points, height_rates, stiffness)
+            by_task = spring_gradient(points, RIGID_HEIGHT_RATES, stiffness)
+            loop = opened_by_servos(by_task, compliance[foot], met)
             law_rows, task_rows, drive = foot_law(
-                spring_gradient(points, height_rates, stiffness),
-                spring_gradient(points, RIGID_HEIGHT_RATES, stiffness),
+                behind_servos(loop, by_joints),
+                behind_servos(loop, by_task),
                 task_by_joints,
                 force_rate,
                 deviation,

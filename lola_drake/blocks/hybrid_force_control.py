@@ -6,7 +6,7 @@
 | A_TF           | `wrench_at_tcp()`, eq. 13                |
 | lambda_f       | `contact_wrench`                         |
 | lambda_f,d     | `desired_wrench`                         |
-| U              | `contact_matrix`                         |
+| U^-1           | `inverse_gradient()`                     |
 | delta          | `time_constant`                          |
 | K_x            | `position_gain`                          |
 | b_f            | `blend` of `gait_phase`                  |
@@ -14,8 +14,9 @@
 | Delta w'       | `modification_rate()`, eq. 15, 16 and 21 |
 | w_mod, w_mod'  | `task_command`, eq. 10 and 11            |
 
-The model's stiffness is an estimate: LOLA's is not published. The paper says nothing of a foot that
-finds no ground where it is planned; that it seeks it (`seeking_rate()`) is our own choice.
+U is the gradient that the controller acts through: the pads in series with the servos. The paper
+says nothing of a foot that finds no ground where it is planned; that it seeks it
+(`seeking_rate()`) is our own choice.
 """
 
 from dataclasses import dataclass
@@ -71,12 +72,6 @@ class HybridForceControlParams:
         minimum=0,
         symbol="K_x",
         slider=(0, 50, 0.5),
-    )
-    model_stiffness: float = parameter(
-        1.05e5,
-        "vertical stiffness of a whole foot in U; softer than the pads, see the README",
-        "N/m",
-        above=0,
     )
     grip_force: float = parameter(
         50.0, "vertical force from which on a foot's torques are controlled", "N", above=0
@@ -194,12 +189,41 @@ def wrench_at_tcp(measured, s_x, s_y, yaw, sensor):
     )
 
 
-def force_control_rate(inverse_contact_matrix, error, desired_rate, time_constant):
-    """Return w_f' of eq. 15 (sin gamma_x, sin gamma_y, z per second), shape (3,)."""
+def inverse_gradient(inverse_contact_matrix, compliance, relaxation, time_constant):
+    """Return the inverse of the gradient that the controller acts through, shape (3, 3).
+
+    Pads and servos in series: U_pads^-1 - C / (1 + T / delta). A servo is a spring with a damper
+    beside it; what changes as quickly as delta meets both (own choice: with C alone 63 % of a step
+    of the torques would come in 0.77 delta).
+
+    Args:
+        inverse_contact_matrix: U_pads^-1 of eq. 8.
+        compliance: C, the motion of the foot by its wrench, its command held.
+        relaxation: T, the time constant with which the servos give way (s).
+        time_constant: delta (s).
+    """
+    u, c = inverse_contact_matrix, compliance
+    met = time_constant / (time_constant + relaxation)
+    return (
+        (u[0][0] - met * c[0][0], u[0][1] - met * c[0][1], u[0][2] - met * c[0][2]),
+        (u[1][0] - met * c[1][0], u[1][1] - met * c[1][1], u[1][2] - met * c[1][2]),
+        (u[2][0] - met * c[2][0], u[2][1] - met * c[2][1], u[2][2] - met * c[2][2]),
+    )
+
+
+def force_control_rate(inverse, error, desired_rate, time_constant):
+    """Return w_f' of eq. 15 (sin gamma_x, sin gamma_y, z per second), shape (3,).
+
+    Args:
+        inverse: U^-1, shape (3, 3).
+        error: lambda_d - lambda, T_x, T_y (Nm) and F_z (N).
+        desired_rate: lambda_d' (Nm/s, N/s).
+        time_constant: what to divide the error by (s), see `held_time_constant`.
+    """
     t_x = desired_rate[0] + error[0] / time_constant
     t_y = desired_rate[1] + error[1] / time_constant
     f_z = desired_rate[2] + error[2] / time_constant
-    u = inverse_contact_matrix
+    u = inverse
     return (
         u[0][0] * t_x + u[0][1] * t_y + u[0][2] * f_z,
         u[1][0] * t_x + u[1][1] * t_y + u[1][2] * f_z,
@@ -270,6 +294,8 @@ class HybridForceControl(Block):
         time_constant,
         position_gain,
         inverse_contact_matrix,
+        compliance,
+        relaxation,
         grip_force,
         leveling,
         search_onset,
@@ -285,9 +311,9 @@ class HybridForceControl(Block):
             wrench[1] - contact_wrench[1],
             wrench[2] - contact_wrench[2],
         )
-        force_rate = force_control_rate(
-            inverse_contact_matrix, error, wrench_rate, held_time_constant(time_constant)
-        )
+        inverse = inverse_gradient(inverse_contact_matrix, compliance, relaxation, time_constant)
+        held = held_time_constant(time_constant)
+        force_rate = force_control_rate(inverse, error, wrench_rate, held)
         grip = min(max(contact_wrench[2] / grip_force, 0.0), 1.0)
         rate_x = modification_rate(
             force_rate[0],

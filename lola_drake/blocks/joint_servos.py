@@ -39,14 +39,20 @@ class JointServosParams:
         validate(self)
 
 
+def servo_gains(plant: MultibodyPlant, params: JointServosParams) -> tuple[np.ndarray, np.ndarray]:
+    """Return stiffness (Nm/rad) and damping (Nms/rad) of the servos, each of shape (24,)."""
+    actuators = [plant.get_joint_actuator(index) for index in plant.GetJointActuatorIndices()]
+    inertia = np.array([actuator.default_reflected_inertia() for actuator in actuators])
+    damping = params.velocity_bandwidth * inertia
+    return params.position_gain * damping, damping
+
+
 def set_servo_gains(plant: MultibodyPlant, params: JointServosParams) -> None:
     """Give every actuator of the plant the implicit PD gains of its servo."""
-    for index in plant.GetJointActuatorIndices():
-        actuator = plant.get_joint_actuator(index)
-        damping = params.velocity_bandwidth * actuator.default_reflected_inertia()
-        actuator.set_controller_gains(
-            PdControllerGains(p=params.position_gain * damping, d=damping)
-        )
+    for index, p, d in zip(
+        plant.GetJointActuatorIndices(), *servo_gains(plant, params), strict=True
+    ):
+        plant.get_joint_actuator(index).set_controller_gains(PdControllerGains(p=p, d=d))
 
 
 def limited_command(command, sent, speed_limit, torque_limit):

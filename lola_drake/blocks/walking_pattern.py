@@ -79,7 +79,10 @@ class WalkingPatternParams:
         0.02, "the same after an early contact: into force control", "s", above=0
     )
     ground_stiffness: float = parameter(
-        3e5, "vertical stiffness of a foot, by which a loaded foot sinks in", "N/m", above=0
+        3e5,
+        "vertical, of a foot's pads (estimate): how deep a loaded foot sinks in, and U",
+        "N/m",
+        above=0,
     )
     horizontal_lead: float = parameter(
         0.05, "part of the swing before the foot moves forward", "-", minimum=0, maximum=0.4

@@ -50,7 +50,6 @@ class Gain:
 
 GAINS = (
     Gain("pattern.double_support", 0.04, "s"),
-    Gain("control.force.model_stiffness", 1.5e4, "N/m"),
     Gain("control.stabilizer.stiffness", 200.0, "Nm/rad"),
     Gain("control.stabilizer.damping", 40.0, "Nms/rad"),
     Gain("pattern.zmp_inward", 0.01, "m"),

@@ -10,6 +10,9 @@ z_TCP - z_0).
 | c_A,z        | `area_stiffness`   |
 | U            | `contact_matrix()` |
 | r = [Fx, Fy] | pad positions      |
+
+The force control moves the foot's command, and not the foot: between them are the servos, which
+give way. The gradient that it acts through is that of both in series, `command_gradient()`.
 """
 
 from collections.abc import Iterable
@@ -66,3 +69,36 @@ def contact_matrix(pads: Iterable[Pad], area_stiffness: float) -> np.ndarray:
             [-first_y, first_x, -area],
         ]
     )
+
+
+@dataclass(frozen=True)
+class ServoCompliance:
+    """How a foot gives way to its own wrench, its command held.
+
+    Each servo is a spring with a damper beside it, of one time constant for all.
+
+    Attributes:
+        matrix: C, the motion (sin gamma_x, sin gamma_y, z) by T_x, T_y, F_z in the end, shape
+            (3, 3).
+        relaxation: the time constant with which it gives way (s).
+    """
+
+    matrix: np.ndarray
+    relaxation: float
+
+    def within(self, time: float) -> np.ndarray:
+        """Return C as a wrench meets it that changes with a time constant (s): C / (1 + T/time)."""
+        return self.matrix * (time / (time + self.relaxation))
+
+
+def command_gradient(gradient: np.ndarray, compliance: np.ndarray) -> np.ndarray:
+    """Return the gradient of a foot's wrench by its command: contact and servos in series.
+
+    The foot is where the command has it, moved by its wrench: x = w + C lambda. With
+    lambda = U x that is lambda = (U^-1 - C)^-1 w; U is negative, so both compliances add up.
+
+    Args:
+        gradient: U of the contact, shape (3, 3).
+        compliance: C of the servos, shape (3, 3).
+    """
+    return np.linalg.inv(np.linalg.inv(gradient) - compliance)

@@ -6,6 +6,7 @@ import pytest
 from lola_drake.blocks.configuration_force_control import (
     ConfigurationForceControl,
     foot_law,
+    share_of_contact,
     spring_gradient,
 )
 from lola_drake.blocks.hybrid_force_control import (
@@ -18,7 +19,7 @@ from lola_drake.blocks.hybrid_force_control import (
 from lola_drake.blocks.inverse_kinematics import InverseKinematicsParams
 from lola_drake.robot import FOOT_TASK, JOINT_INDEX, PADS, Kinematics, foot_sensor_geometry, posture
 from lola_drake.signals import GAIT_PHASE, TASK_REFERENCE
-from lola_drake.theory.contact_model import Pad, contact_matrix
+from lola_drake.theory.contact_model import Pad, ServoCompliance, command_gradient, contact_matrix
 
 POINTS = np.array([[pad.x, pad.y] for pad in PADS])
 RIGID = np.column_stack([POINTS[:, 1], -POINTS[:, 0], np.ones(4)])
@@ -69,6 +70,13 @@ def test_springs_are_softer_in_rotation_than_pads_with_extent():
     assert springs[2, 2] == pytest.approx(pads[2, 2])
     assert springs[0, 0] / pads[0, 0] == pytest.approx(1 / (1 + 0.04**2 / 12 / 0.09**2))
     assert springs[1, 1] / pads[1, 1] == pytest.approx(1 / (1 + 0.08**2 / 12 / 0.095**2))
+
+
+def test_springs_behind_the_servos_are_in_series_with_them():
+    compliance = np.array([[1e-4, 2e-5, 1e-6], [2e-5, 1.5e-4, 3e-6], [1e-6, 3e-6, 1e-6]])
+    gradient = spring_gradient(POINTS, RIGID, STIFFNESS)
+    share = share_of_contact(gradient, compliance)
+    np.testing.assert_allclose(share @ gradient, command_gradient(gradient, compliance), rtol=1e-9)
 
 
 @pytest.mark.parametrize("foot", [0, 1])
@@ -161,7 +169,7 @@ def test_with_the_same_stiffness_it_is_the_papers_law(kinematics, bent, blend):
         np.zeros((3, 24)), matrix, np.zeros((3, 24)), force_rate, deviation, np.full(3, blend), 6.0
     )
     expected = modification_rate(
-        force_control_rate(np.linalg.inv(matrix), 0.02 * force_rate, np.zeros(3), 0.02),
+        np.array(force_control_rate(np.linalg.inv(matrix), 0.02 * force_rate, np.zeros(3), 0.02)),
         np.zeros(3),
         deviation,
         np.full(3, blend),
@@ -201,7 +209,14 @@ def test_a_late_foot_seeks_the_ground_until_it_touches():
 def configuration_force_control(kinematics, q):
     sensor = FootSensor(*foot_sensor_geometry(kinematics))
     return ConfigurationForceControl(
-        HybridForceControlParams(), InverseKinematicsParams(), kinematics, sensor, q, 0.001
+        HybridForceControlParams(),
+        InverseKinematicsParams(),
+        kinematics,
+        sensor,
+        3e5,
+        [ServoCompliance(1e-6 * np.eye(3), 0.014)] * 2,
+        q,
+        0.001,
     )
 
 

@@ -14,6 +14,7 @@ from lola_drake.blocks.hybrid_force_control import (
     HybridForceControlParams,
     force_control_rate,
     held_time_constant,
+    inverse_gradient,
     limited_rate,
     modification_rate,
     overdue_time,
@@ -22,9 +23,10 @@ from lola_drake.blocks.hybrid_force_control import (
 )
 from lola_drake.robot import PADS, foot_angles
 from lola_drake.signals import CONTACT, GAIT_PHASE, PERIOD, TASK_REFERENCE
-from lola_drake.theory.contact_model import contact_matrix
+from lola_drake.theory.contact_model import ServoCompliance, command_gradient, contact_matrix
 
 U = contact_matrix(PADS, 1.2e5 / sum(pad.area for pad in PADS))
+STIFF = ServoCompliance(np.zeros((3, 3)), relaxation=0.014)
 SENSOR = FootSensor(p_TcpSensor=(-0.03, 0.01, 0.08), weight=20.0, p_TcpFoot=(0.02, 0.005, 0.04))
 MEASURED = np.array([30.0, -20.0, 400.0, 8.0, -12.0, 3.0])
 LIMIT, RATE_LIMIT = 0.08, 0.5
@@ -35,7 +37,7 @@ class Foot:
 
     def __init__(self, **params):
         self.params = HybridForceControlParams(**params)
-        self.block = HybridForceControl(self.params, "l", U, SENSOR, PERIOD)
+        self.block = HybridForceControl(self.params, "l", U, STIFF, SENSOR, PERIOD)
         self.context = self.block.CreateDefaultContext()
         for i in range(self.block.num_input_ports()):
             port = self.block.get_input_port(i)
@@ -87,16 +89,25 @@ def test_error_of_an_ideal_contact_decays_with_the_time_constant():
     for _ in range(round(delta / PERIOD)):
         held = held_time_constant(delta, PERIOD)
         rate = force_control_rate(np.linalg.inv(U), desired - wrench, np.zeros(3), held)
-        wrench = wrench + PERIOD * U @ rate
+        wrench = wrench + PERIOD * U @ np.array(rate)
     ratio = (desired - wrench) / start
     assert ratio == pytest.approx(np.full(3, np.exp(-1)))
+
+
+def test_the_gradient_is_that_of_pads_and_servos_in_series():
+    servos = ServoCompliance(np.diag([1e-4, 1.5e-4, 1e-6]) + 1e-7, relaxation=0.014)
+    inverse = inverse_gradient(np.linalg.inv(U), servos.matrix, servos.relaxation, 0.02)
+    expected = command_gradient(U, servos.within(0.02))
+    np.testing.assert_allclose(np.linalg.inv(inverse), expected, rtol=1e-9)
+    assert (np.abs(np.diag(expected)) < np.abs(np.diag(U))).all()
 
 
 def test_a_moving_desired_wrench_is_followed_without_lag():
     inverse, slope = np.linalg.inv(U), np.array([20.0, -30.0, 500.0])
     wrench = np.zeros(3)
     for _ in range(100):
-        wrench = wrench + PERIOD * U @ force_control_rate(inverse, np.zeros(3), slope, 0.02)
+        rate = force_control_rate(inverse, np.zeros(3), slope, 0.02)
+        wrench = wrench + PERIOD * U @ np.array(rate)
     assert wrench == pytest.approx(0.1 * slope)
 
 

@@ -10,6 +10,7 @@ from lola_drake.blocks.joint_servos import (
     JointServos,
     JointServosParams,
     limit_command,
+    servo_gains,
     set_servo_gains,
 )
 from lola_drake.robot import add_lola
@@ -114,3 +115,6 @@ def test_every_actuator_has_the_gains_of_its_rotor():
         assert inertia > 0
         assert gains.d == pytest.approx(600.0 * inertia)
         assert gains.p == pytest.approx(50.0 * gains.d)
+    p, d = servo_gains(plant, params)
+    assert p.tolist() == [actuator.get_controller_gains().p for actuator in actuators]
+    assert d.tolist() == [actuator.get_controller_gains().d for actuator in actuators]

@@ -183,7 +183,14 @@ def ideal_force_loop(delta: float):
     params = HybridForceControlParams(time_constant=delta)
     load = np.array([0.0, 0.0, 300.0])
     builder = DiagramBuilder()
-    law = HybridForceControl(params, "l", inverse_contact_matrix=np.linalg.inv(U), sensor=sensor)
+    law = HybridForceControl(
+        params,
+        "l",
+        inverse_contact_matrix=np.linalg.inv(U),
+        compliance=np.zeros((3, 3)),
+        relaxation=0.014,
+        sensor=sensor,
+    )
     block = builder.AddNamedSystem("control", system_of(law))
     to_sensor = np.zeros((MEASURED_WRENCH.size, 3))
     to_sensor[MEASURED_WRENCH.slice("T_l")][:2] = np.eye(3)[:2]

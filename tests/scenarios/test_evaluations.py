@@ -35,7 +35,7 @@ CALCULATIONS = {
 }
 """Calls into Python per tick, of both feet where a block exists once per foot."""
 
-PORT_READINGS = 55
+PORT_READINGS = 60
 POLYGONS_PER_PAD = 2
 
 

@@ -5,7 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from lola_drake.robot import PADS
-from lola_drake.theory.contact_model import Pad, contact_matrix
+from lola_drake.theory.contact_model import Pad, ServoCompliance, command_gradient, contact_matrix
 
 positions = st.floats(-0.2, 0.2)
 extents = st.floats(0.005, 0.1)
@@ -66,3 +66,24 @@ def test_pads_add_up(some, others):
     together = contact_matrix([*some, *others], 1e6)
     expected = contact_matrix(some, 1e6) + contact_matrix(others, 1e6)
     np.testing.assert_allclose(together, expected, rtol=1e-12, atol=1e-6)
+
+
+def test_a_contact_behind_a_compliance_is_met_where_both_balance():
+    """The foot is moved by its wrench until contact and compliance agree on it."""
+    contact = contact_matrix(PADS, 3e5 / sum(pad.area for pad in PADS))
+    compliance = np.array([[1e-4, 0.0, 5e-6], [0.0, 1.5e-4, 0.0], [5e-6, 0.0, 1e-6]])
+    command, wrench = np.array([2e-3, -1e-3, -1e-3]), np.zeros(3)
+    for _ in range(200):
+        wrench = 0.5 * wrench + 0.5 * contact @ (command + compliance @ wrench)
+    np.testing.assert_allclose(command_gradient(contact, compliance) @ command, wrench, rtol=1e-9)
+
+
+def test_springs_in_series_are_softer_than_either():
+    stiffness = -command_gradient(-300.0 * np.eye(3), np.eye(3) / 600.0)
+    np.testing.assert_allclose(stiffness, 200.0 * np.eye(3))
+
+
+def test_a_servo_gives_way_less_to_what_is_quick():
+    compliance = ServoCompliance(np.eye(3) / 600.0, relaxation=0.014)
+    np.testing.assert_allclose(compliance.within(1e6), np.eye(3) / 600.0, rtol=1e-6)
+    np.testing.assert_allclose(compliance.within(0.014), np.eye(3) / 1200.0)

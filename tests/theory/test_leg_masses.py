@@ -143,6 +143,7 @@ def planned_step(legs):
         legs=legs,
         p_TcpZmp=np.array([PARAMS.zmp_forward, PARAMS.zmp_inward]),
         blend_time=PARAMS.blend_time,
+        contact_blend_time=PARAMS.contact_blend_time,
         ground_stiffness=PARAMS.ground_stiffness,
         period=PERIOD,
     )

@@ -12,7 +12,7 @@ from lola_drake.linear.frequency import Response, frequency_response
 from lola_drake.linear.margins import one_loop
 from lola_drake.linear.presentation.look import COLOURS, FAINT, INK, LIMIT, MAP, in_look
 from lola_drake.linear.studies.analyses import Analysis, Locus, step_response
-from lola_drake.linear.studies.tables import contact_responses
+from lola_drake.linear.studies.tables import contact_responses, controllers_gradient
 from lola_drake.robot import PADS
 from lola_drake.theory.contact_model import contact_matrix
 
@@ -135,8 +135,9 @@ def draw_contact(axes: Axes, analysis: Analysis) -> None:
     for k, (colour, name) in enumerate(zip(COLOURS, ("T_x", "T_y", "F_z"), strict=False)):
         axes.loglog(frequencies, np.abs(contact[:, k, k] / U[k]), color=colour, label=name)
         axes.loglog(frequencies, np.abs(met[:, k, k] / U[k]), color=colour, ls="--")
-    model = scenario.control.force.model_stiffness / scenario.ground.stiffness
-    axes.axhline(model, color=INK, lw=0.8, ls=":", label="U of the controller")
+    for share in np.diag(controllers_gradient(scenario)) / U:
+        axes.axhline(share, color=INK, lw=0.8, ls=":")
+    axes.plot([], [], color=INK, lw=0.8, ls=":", label="U of the controller")
     axes.set(xlabel="frequency (Hz)", ylim=(0.1, 10.0))
     axes.set_title("stiffness over U (dashed: as met)")
     axes.legend(loc="upper right")

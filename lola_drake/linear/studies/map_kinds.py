@@ -10,7 +10,7 @@ from lola_drake.scenario import Scenario
 from lola_drake.typed_yaml import suggestion
 
 DELTA, GAIN = "control.force.time_constant", "control.com_dynamics.gain"
-MODEL, GROUND = "control.force.model_stiffness", "ground.stiffness"
+MODEL, GROUND = "pattern.ground_stiffness", "ground.stiffness"
 DELAY = "control.servos.delay_ticks"
 SHARE = "torso.share"
 """Not of the scenario: the part of the torso's mode that the IMU sees."""
@@ -61,12 +61,12 @@ class MapKind:
 
 
 _DELTA = Axis(
-    DELTA, tuple(float(v) for v in np.geomspace(0.005, 0.05, 21).round(5)), "δ (ms)", factor=1e3
+    DELTA, tuple(float(v) for v in np.geomspace(0.002, 0.05, 21).round(5)), "δ (ms)", factor=1e3
 )
 _RATIO = Axis(
     MODEL,
     (6e5, 4.5e5, 3e5, 2e5, 1.5e5, 1.2e5, 1e5, 7.5e4, 6e4),
-    "true / model stiffness",
+    "true / model stiffness of the pads",
     over=GROUND,
 )
 

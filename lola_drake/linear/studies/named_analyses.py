@@ -105,7 +105,7 @@ NAMED_ANALYSES = {
         opened=(),
         loops=("torso_orientation", "modified_wrench.T.x", "modified_wrench.T.y"),
         knob="control.stabilizer.damping",
-        values=(50.0, 100.0, 150.0, 200.0, 300.0, 400.0, 500.0, 600.0),
+        values=(50.0, 100.0, 150.0, 200.0, 300.0, 400.0, 600.0, 800.0, 1000.0),
     ),
     "full": NamedAnalysis(
         doc="everything closed: a force on the torso to its inclination and the feet's forces",

@@ -6,14 +6,16 @@ import control
 import numpy as np
 from pydrake.multibody.tree import JacobianWrtVariable
 
+from lola_drake.controller import initial_stance, pads_matrix, servo_compliances
 from lola_drake.linear.frequency import frequency_response
 from lola_drake.linear.isolated import own_context
 from lola_drake.linear.linearize import state_space
 from lola_drake.linear.studies.text_table import Table
 from lola_drake.linear.studies.workpoint import Workpoint
-from lola_drake.robot import PADS
+from lola_drake.robot import PADS, Kinematics
+from lola_drake.scenario import Scenario
 from lola_drake.signals import JOINTS
-from lola_drake.theory.contact_model import contact_matrix
+from lola_drake.theory.contact_model import command_gradient, contact_matrix
 
 CONTACT_FREQUENCIES = (1.0, 5.0, 10.0, 20.0)
 """At which the contact is compared with its model (Hz)."""
@@ -42,12 +44,12 @@ def contact_table(workpoint: Workpoint) -> Table:
     ground; what the controller meets is the wrench over the commanded motion, with servos, the
     robot's own motion and the sensor between them.
     """
-    stiffness = workpoint.scenario.control.force.model_stiffness
-    U = contact_matrix(PADS, stiffness / sum(pad.area for pad in PADS))
-    true = workpoint.scenario.ground.stiffness / stiffness
+    scenario = workpoint.scenario
+    U = controllers_gradient(scenario)
+    ground = contact_matrix(PADS, scenario.ground.stiffness / sum(pad.area for pad in PADS))
     contact, met = contact_responses(workpoint, CONTACT_FREQUENCIES)
     rows = [("U of the controller", "", *_three(np.diag(U)))]
-    rows += [("U of the ground", "", *_three(np.diag(U) * true))]
+    rows += [("U of the ground", "", *_three(np.diag(ground)))]
     for kind, values in (("contact in the plant", contact), ("met by the controller", met)):
         for frequency, matrix in zip(CONTACT_FREQUENCIES, values, strict=True):
             rows.append((kind, f"{frequency:g} Hz", *_three(np.diag(matrix))))
@@ -56,6 +58,15 @@ def contact_table(workpoint: Workpoint) -> Table:
         ("", "", "T_x (Nm)", "T_y (Nm)", "F_z (N/m)"),
         tuple(rows),
     )
+
+
+def controllers_gradient(scenario: Scenario) -> np.ndarray:
+    """Return U that the controller takes for the left foot, by its command; shape (3, 3)."""
+    kinematics, control = Kinematics(), scenario.control
+    stance = initial_stance(scenario, kinematics)
+    compliance, _ = servo_compliances(kinematics, stance.q, control.servos)
+    met = compliance.within(control.force.time_constant)
+    return command_gradient(pads_matrix(scenario), met)
 
 
 def contact_responses(
