@@ -6,7 +6,15 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from lola_drake.blocks.walking_pattern import WalkingPatternParams
-from lola_drake.theory.gait import LEFT, RIGHT, Profile, advance, foothold, make_schedule
+from lola_drake.theory.gait import (
+    LEFT,
+    RIGHT,
+    Profile,
+    advance,
+    evaluate,
+    foothold,
+    make_schedule,
+)
 
 TIMING = WalkingPatternParams().timing()
 displacements = st.lists(
@@ -37,6 +45,24 @@ def test_profile_holds_its_ends_and_sums_its_changes():
     np.testing.assert_allclose(value, [[1, 0], [1, 0], [2, -2], [2, -2]])
     np.testing.assert_allclose(rate, 0)
     np.testing.assert_allclose(profile.end, [2, -2])
+
+
+@given(displacements)
+def test_profiles_are_together_what_each_is_alone(steps):
+    plan = schedule(steps)
+    profiles = (*plan.foot, *plan.toe, plan.heading, plan.height)
+    for until in (0.5, plan.end + 0.1):
+        time = np.linspace(0.0, until, 200)
+        together = evaluate(profiles, time)
+        alone = [np.hstack(values).T for values in zip(*(p(time) for p in profiles), strict=True)]
+        for some, others in zip(together, alone, strict=False):
+            np.testing.assert_allclose(some, others, rtol=0, atol=1e-13)
+
+
+def test_acceleration_is_the_derivative_of_the_rate():
+    plan, dt = schedule([[0.35, 0.05, 0.1]] * 3), 1e-4
+    _, rate, acceleration = evaluate(plan.foot, np.arange(0.0, plan.end, dt))
+    np.testing.assert_allclose(np.gradient(rate, dt, axis=1), acceleration, atol=0.1)
 
 
 @pytest.mark.parametrize("swing", [LEFT, RIGHT])

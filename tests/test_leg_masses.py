@@ -8,7 +8,7 @@ import pytest
 from lola_drake.blocks.walking_pattern import WalkingPatternParams, continued, standing_request
 from lola_drake.robot import Kinematics, leg_model, posture, solve_posture
 from lola_drake.signals import PERIOD, PLANNED_MOTION, TASK_REFERENCE
-from lola_drake.theory.leg_masses import angular_momentum
+from lola_drake.theory.leg_masses import LegMotion
 from lola_drake.theory.step_plan import PatternModel, plan_step
 
 PARAMS = WalkingPatternParams(double_support=0.3, zmp_forward=-0.02)
@@ -26,6 +26,12 @@ def kinematics():
 @pytest.fixture(scope="module")
 def legs(kinematics):
     return leg_model(kinematics)
+
+
+def angular_momentum(legs, step, com, heading, tcps, yaws):
+    """Return the angular momentum (n, 3) of a CoM (n, 3), TCPs (n, 3) and yaws (n)."""
+    feet = np.array([np.column_stack(foot).T for foot in zip(tcps, yaws, strict=True)])
+    return LegMotion(legs, step, heading, feet).angular_momentum(com.T).T
 
 
 def standing():

@@ -5,7 +5,7 @@ the other foot; it ends with the planned touchdown. Everything that moves is a s
 transitions, so a schedule is a handful of numbers and can be evaluated at any times at once.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -46,6 +46,37 @@ class Profile:
         duration = t_to - t_from
         s, ds, _ = self.transition((time[:, None] - t_from) / duration)
         return self.start + s @ change, (ds / duration) @ change
+
+
+def evaluate(
+    profiles: Sequence[Profile], time: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return what smooth profiles are at the given times, all of them at once.
+
+    Much in a step changes in the same interval; each such transition is computed once.
+
+    Args:
+        profiles: with `quintic` changes.
+        time: ascending (s), shape (n,).
+
+    Returns:
+        The values, rates and accelerations, one row per component of one profile after another,
+        shape (d, n).
+    """
+    start = np.concatenate([profile.start for profile in profiles])
+    shares: dict[tuple[float, float], np.ndarray] = {}
+    row = 0
+    for profile in profiles:
+        rows = slice(row, row := row + len(profile.start))
+        for t_from, t_to, change in profile.changes:
+            if t_from < time[-1]:
+                share = shares.setdefault((t_from, t_to), np.zeros(len(start)))
+                share[rows] += change
+    t_from, t_to = np.array([*shares]).reshape(-1, 2, 1).swapaxes(0, 1)
+    change = np.array([*shares.values()]).reshape(-1, len(start)).T
+    duration = t_to - t_from
+    s, ds, dds = quintic((time - t_from) / duration)
+    return start[:, None] + change @ s, change @ (ds / duration), change @ (dds / duration**2)
 
 
 @dataclass(frozen=True)
