@@ -10,7 +10,7 @@ import numpy as np
 
 from lola_drake.theory.com_trajectory import KnotSpline, solve_com
 from lola_drake.theory.constants import GRAVITY
-from lola_drake.theory.gait import GaitTiming, Schedule, evaluate, make_schedule
+from lola_drake.theory.gait import FOOT, HEADING, HEIGHT, TOE, GaitTiming, Schedule, make_schedule
 from lola_drake.theory.leg_masses import LegModel, LegMotion, derivative
 from lola_drake.theory.smooth import bump
 from lola_drake.theory.step_request import StepRequest
@@ -96,20 +96,19 @@ class Sampled:
 
 def sample(schedule: Schedule, time: np.ndarray) -> Sampled:
     """Return a schedule at the given ascending times (s)."""
-    profiles = (*schedule.foot, *schedule.toe, schedule.heading, schedule.height)
-    value, rate, acceleration = evaluate(profiles, time)
-    load, load_rate = (of_left[:, 0] for of_left in schedule.load(time))
+    value, rate, acceleration = schedule.motion(time)
+    (load,), (load_rate,), _ = schedule.load(time)
     return Sampled(
         time=time,
-        pose=value[:8].reshape(2, 4, -1),
-        rate=rate[:8].reshape(2, 4, -1),
-        toe=value[8:10],
-        toe_rate=rate[8:10],
+        pose=np.array([value[foot] for foot in FOOT]),
+        rate=np.array([rate[foot] for foot in FOOT]),
+        toe=value[TOE, :],
+        toe_rate=rate[TOE, :],
         load=np.array([load, 1 - load]),
         load_rate=np.array([load_rate, -load_rate]),
-        heading=value[10],
-        turn=rate[10],
-        height=np.array([value[11], rate[11], acceleration[11]]),
+        heading=value[HEADING],
+        turn=rate[HEADING],
+        height=np.array([value[HEIGHT], rate[HEIGHT], acceleration[HEIGHT]]),
     )
 
 

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 PASSES = 4
-"""Rounds in which the torso's place and the legs' posture find each other: each leaves a quarter."""
+"""Rounds in which the torso's place and the legs' posture meet: each leaves a quarter or so."""
 
 
 @dataclass(frozen=True)
@@ -74,8 +74,8 @@ class LegMotion:
         self._forward = turn[:, None]
         self._body = _turn(turn, legs.p_TBody)
         self._hips = np.stack([_turn(turn, legs.p_THip * [1, side, 1]) for side in (1, -1)], axis=1)
-        self._ankles = tcps + _turn(turns, legs.p_TcpAnkle)
         self._feet = tcps + _turn(turns, legs.p_TcpFoot)
+        self._reach = tcps + _turn(turns, legs.p_TcpAnkle) - self._hips
 
     def angular_momentum(self, com: np.ndarray) -> np.ndarray:
         """Return the angular momentum about the CoM (Nms) for a CoM (m), both of shape (3, n)."""
@@ -95,55 +95,54 @@ class LegMotion:
         directions of the thighs and the shanks.
         """
         legs = self._legs
-        torso, knees = self._posture(com)
-        hips = self._hips + torso[:, None]
-        thighs, shanks = knees - hips, self._ankles - knees
+        torso, line, thighs = self._posture(com)
+        hips, shanks = self._hips + torso[:, None], line - thighs
         arms = np.empty((3, 11, com.shape[1]))
         arms[:, 0] = torso + self._body
         arms[:, 1:3] = hips + legs.thigh_com / legs.thigh_length * thighs
-        arms[:, 3:5] = knees + legs.shank_com / legs.shank_length * shanks
+        arms[:, 3:5] = hips + thighs + legs.shank_com / legs.shank_length * shanks
         arms[:, 5:7] = self._feet
         arms[:, :7] -= com[:, None]
         arms[:, 7:9] = thighs / legs.thigh_length
         arms[:, 9:11] = shanks / legs.shank_length
         return arms
 
-    def _posture(self, com: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return where the torso and the knees are (m), shapes (3, n) and (3, 2, n)."""
+    def _posture(self, com: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return where the torso is, shape (3, n), and what `_legs_from` says of the legs (m)."""
         legs = self._legs
         # The links' masses, seen as points in the joints.
         thigh, shank = legs.thigh_com / legs.thigh_length, legs.shank_com / legs.shank_length
-        at_hip, at_ankle = legs.thigh_mass * (1 - thigh), legs.shank_mass * shank
         at_knee = legs.thigh_mass * thigh + legs.shank_mass * (1 - shank)
-        moment = at_hip * self._hips + at_ankle * self._ankles + legs.foot_mass * self._feet
-        rest = moment[:, 0] + moment[:, 1] + legs.body_mass * self._body
+        at_ankle = legs.shank_mass * shank
+        above = legs.mass - 2 * (at_ankle + legs.foot_mass)
+        ends = (above - legs.body_mass) / 2 * self._hips + legs.foot_mass * self._feet
+        ends += at_ankle * (self._hips + self._reach)
+        rest = ends[:, 0] + ends[:, 1] + legs.body_mass * self._body
         torso = com - self._body
-        knees = self._knees(torso)
+        line, thighs = self._legs_from(torso)
         # The torso's place follows from the CoM, which depends on the legs: a quick contraction.
         for _ in range(PASSES - 1):
-            bent = at_knee * (knees[:, 0] + knees[:, 1])
-            moment = (legs.body_mass + 2 * at_hip) * torso + bent + rest
+            moment = above * torso + at_knee * (thighs[:, 0] + thighs[:, 1]) + rest
             torso = torso + com - moment / legs.mass
-            knees = self._knees(torso)
-        return torso, knees
+            line, thighs = self._legs_from(torso)
+        return torso, line, thighs
 
-    def _knees(self, torso: np.ndarray) -> np.ndarray:
-        """Return the knees (m), shape (3, 2, n): legs bend forward, over-stretched ones not.
+    def _legs_from(self, torso: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return the lines from hip to ankle and from hip to knee (m), both of shape (3, 2, n).
 
-        With the line from hip to ankle and the forward direction, a knee is at
-        hip + along line + out forward.
+        Legs bend forward, over-stretched ones are straight: a knee is some way along the line to
+        the ankle, and some way out in the forward direction.
         """
         thigh, shank = self._legs.thigh_length, self._legs.shank_length
-        hips = self._hips + torso[:, None]
-        line = self._ankles - hips
+        line = self._reach - torso[:, None]
         squared = np.einsum("ikn,ikn->kn", line, line)
         ahead = self._forward[0] * line[0] + self._forward[1] * line[1]
         projected = (squared + (thigh**2 - shank**2)) / 2
         bend = np.maximum(thigh**2 * squared - projected**2, 0.0)
         out = np.sqrt(bend / (squared - ahead**2))
-        knees = hips + (projected - out * ahead) / squared * line
-        knees[:2] += out * self._forward
-        return knees
+        thighs = (projected - out * ahead) / squared * line
+        thighs[:2] += out * self._forward
+        return line, thighs
 
 
 def derivative(values: np.ndarray, step: float) -> np.ndarray:
