@@ -30,7 +30,7 @@ def legs(kinematics):
 
 def angular_momentum(legs, step, com, heading, tcps, yaws):
     """Return the angular momentum (n, 3) of a CoM (n, 3), TCPs (n, 3) and yaws (n)."""
-    feet = np.array([np.column_stack(foot).T for foot in zip(tcps, yaws, strict=True)])
+    feet = np.stack([np.column_stack(foot).T for foot in zip(tcps, yaws, strict=True)], axis=1)
     return LegMotion(legs, step, heading, feet).angular_momentum(com.T).T
 
 

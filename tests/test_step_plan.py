@@ -167,7 +167,7 @@ def test_ideal_torque_is_what_the_swinging_legs_need(walks, model):
     # The plan is corrected for the legs twice: less than a tenth or so of the peak is left over.
     rows = slice(None, None, 10)
     for _, plan in walks["straight"]:
-        feet = np.array([planned(plan, name)[rows].T for name in ("foot_l", "foot_r")])
+        feet = np.stack([planned(plan, name)[rows].T for name in ("foot_l", "foot_r")], axis=1)
         legs = LegMotion(model.legs, 10 * PERIOD, planned(plan, "heading")[rows, 0], feet)
         momentum = legs.angular_momentum(planned(plan, "com")[rows].T).T
         rate = np.gradient(momentum, 10 * PERIOD, axis=0)[2:-2, :2]

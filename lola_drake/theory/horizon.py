@@ -70,7 +70,7 @@ class Sampled:
 
     Attributes:
         time: (s), shape (n,).
-        pose, rate: of the left and the right TCP, shape (2, 4, n).
+        pose, rate: x, y, z, yaw of the left and the right TCP, shape (4, 2, n).
         toe, toe_rate: lift of the left and the right toe (rad, rad/s), shape (2, n).
         load, load_rate: shares of the load of the left and the right foot, shape (2, n).
         heading, turn: the torso's yaw (rad) and its rate (rad/s), shape (n,).
@@ -91,7 +91,7 @@ class Sampled:
     @property
     def ground(self) -> np.ndarray:
         """Return the height of the ZMP's plane: that of the feet, weighted by their loads."""
-        return (self.load * self.pose[:, 2]).sum(axis=0)
+        return (self.load * self.pose[2]).sum(axis=0)
 
 
 def sample(schedule: Schedule, time: np.ndarray) -> Sampled:
@@ -100,8 +100,8 @@ def sample(schedule: Schedule, time: np.ndarray) -> Sampled:
     (load,), (load_rate,), _ = schedule.load(time)
     return Sampled(
         time=time,
-        pose=np.array([value[foot] for foot in FOOT]),
-        rate=np.array([rate[foot] for foot in FOOT]),
+        pose=np.stack([value[foot] for foot in FOOT], axis=1),
+        rate=np.stack([rate[foot] for foot in FOOT], axis=1),
         toe=value[TOE, :],
         toe_rate=rate[TOE, :],
         load=np.array([load, 1 - load]),
@@ -116,7 +116,7 @@ def reference_zmp(model: PatternModel, at: Sampled) -> np.ndarray:
     """Return where the ZMP is wanted under the loaded feet (m), shape (2, n)."""
     forward, inward = model.p_TcpZmp
     left = np.array([[-inward], [inward]])
-    x, y, _, yaw = at.pose.swapaxes(0, 1)
+    x, y, _, yaw = at.pose
     c, s = np.cos(yaw), np.sin(yaw)
     zmp = np.array([x + c * forward - s * left, y + s * forward + c * left])
     return (at.load * zmp).sum(axis=1)

@@ -66,16 +66,15 @@ class LegMotion:
             legs: the lumped robot.
             step: distance of the samples (s).
             heading: the torso's yaw (rad), shape (n,).
-            feet: poses x, y, z (m), yaw (rad) of the left and the right TCP, shape (2, 4, n).
+            feet: poses x, y, z (m), yaw (rad) of the left and the right TCP, shape (4, 2, n).
         """
         self._legs, self._step = legs, step
-        turn, turns = _direction(heading), _direction(feet[:, 3])
-        tcps = feet[:, :3].swapaxes(0, 1)
+        turn, turns = _direction(heading), _direction(feet[3])
         self._forward = turn[:, None]
         self._body = _turn(turn, legs.p_TBody)
         self._hips = np.stack([_turn(turn, legs.p_THip * [1, side, 1]) for side in (1, -1)], axis=1)
-        self._feet = tcps + _turn(turns, legs.p_TcpFoot)
-        self._reach = tcps + _turn(turns, legs.p_TcpAnkle) - self._hips
+        self._feet = feet[:3] + _turn(turns, legs.p_TcpFoot)
+        self._reach = feet[:3] + _turn(turns, legs.p_TcpAnkle) - self._hips
 
     def angular_momentum(self, com: np.ndarray) -> np.ndarray:
         """Return the angular momentum about the CoM (Nms) for a CoM (m), both of shape (3, n)."""

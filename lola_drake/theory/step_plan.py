@@ -87,11 +87,10 @@ _Motion = tuple[np.ndarray, np.ndarray, np.ndarray]
 
 def _table(signal: Signal, at: Sampled, fields: dict[str, object]) -> np.ndarray:
     """Return a signal with one row per time, given the rows of its fields."""
-    table = np.zeros((signal.size, len(at.time)))
+    table = np.zeros((len(at.time), signal.size))
     for name, values in fields.items():
-        where = signal.slice(name)
-        table[where] = values
-    return np.ascontiguousarray(table.T)
+        table.T[signal.slice(name)] = values
+    return table
 
 
 def _task_reference(model: PatternModel, at: Sampled, com: _Motion) -> np.ndarray:
@@ -100,23 +99,22 @@ def _task_reference(model: PatternModel, at: Sampled, com: _Motion) -> np.ndarra
     A loaded foot sinks in; the reference is lowered by as much, so that the CoM keeps its height
     and the swing foot meets the ground when it should.
     """
-    w, w_dot = np.zeros((2, 2, 6, len(at.time)))
+    w, w_dot = np.zeros((2, 6, 2, len(at.time)))
     sink = model.legs.mass * GRAVITY / model.ground_stiffness
-    position, velocity = at.pose[:, :3] - com[0], at.rate[:, :3] - com[1]
-    position[:, 2] -= sink * at.load
-    velocity[:, 2] -= sink * at.load_rate
-    for foot in (LEFT, RIGHT):
-        x, y, _ = w[foot, :3] = _unturn(at.heading, position[foot])
-        w_dot[foot, :3] = _unturn(at.heading, velocity[foot])
-        w_dot[foot, 0] += at.turn * y
-        w_dot[foot, 1] -= at.turn * x
-    w[:, 5], w_dot[:, 5] = at.pose[:, 3] - at.heading, at.rate[:, 3] - at.turn
+    position, velocity = at.pose[:3] - com[0][:, None], at.rate[:3] - com[1][:, None]
+    position[2] -= sink * at.load
+    velocity[2] -= sink * at.load_rate
+    x, y, _ = w[:3] = _unturn(at.heading, position)
+    w_dot[:3] = _unturn(at.heading, velocity)
+    w_dot[0] += at.turn * y
+    w_dot[1] -= at.turn * x
+    w[5], w_dot[5] = at.pose[3] - at.heading, at.rate[3] - at.turn
     fields = {
-        "w_l": w[LEFT],
-        "w_r": w[RIGHT],
+        "w_l": w[:, LEFT],
+        "w_r": w[:, RIGHT],
         "toes": at.toe,
-        "w_dot_l": w_dot[LEFT],
-        "w_dot_r": w_dot[RIGHT],
+        "w_dot_l": w_dot[:, LEFT],
+        "w_dot_r": w_dot[:, RIGHT],
         "toe_rates": at.toe_rate,
     }
     return _table(TASK_REFERENCE, at, fields)
@@ -166,14 +164,14 @@ def _planned_motion(at: Sampled, com: _Motion, zmp: np.ndarray) -> np.ndarray:
         "com_velocity": com[1],
         "zmp": zmp,
         "heading": at.heading,
-        "foot_l": at.pose[LEFT],
-        "foot_r": at.pose[RIGHT],
+        "foot_l": at.pose[:, LEFT],
+        "foot_r": at.pose[:, RIGHT],
     }
     return _table(PLANNED_MOTION, at, fields)
 
 
 def _unturn(heading: np.ndarray, vectors: np.ndarray) -> np.ndarray:
-    """Return vectors of P expressed in T, which is turned by the heading about z, shape (3, n)."""
+    """Return vectors of P in T, which is turned by the heading about z, shape (3, ...)."""
     c, s = np.cos(heading), np.sin(heading)
     x, y, z = vectors
     return np.array([c * x + s * y, c * y - s * x, z])
