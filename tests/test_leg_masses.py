@@ -8,7 +8,7 @@ import pytest
 from lola_drake.blocks.walking_pattern import WalkingPatternParams, continued, standing_request
 from lola_drake.robot import Kinematics, leg_model, posture, solve_posture
 from lola_drake.signals import PERIOD, PLANNED_MOTION, TASK_REFERENCE
-from lola_drake.theory.leg_masses import LegMotion
+from lola_drake.theory.leg_masses import LegMotion, derivative
 from lola_drake.theory.step_plan import PatternModel, plan_step
 
 PARAMS = WalkingPatternParams(double_support=0.3, zmp_forward=-0.02)
@@ -49,6 +49,12 @@ def swinging():
     swing = np.column_stack([0.4 * phase, 0.02 * phase, 0.05 * np.sin(np.pi * phase) ** 2])
     moving = com + np.column_stack([0.2 * phase, -0.02 * phase, 0 * phase])
     return moving, heading + 0.1 * phase, (left + swing, right), (yaw_left + 0.2 * phase, yaw_right)
+
+
+def test_derivative_is_numpy_s_gradient():
+    values = np.random.default_rng(0).normal(size=(3, 2, 20))
+    expected = np.gradient(values, STEP, axis=-1)
+    assert derivative(values, STEP) == pytest.approx(expected, rel=1e-12)
 
 
 def test_masses_add_up_to_the_robot(legs):
