@@ -29,7 +29,7 @@ from lola_drake.signals import (
 )
 from lola_drake.theory.gait import LEFT, RIGHT, GaitTiming, advance, foothold
 from lola_drake.theory.leg_masses import LegModel
-from lola_drake.theory.step_plan import PatternModel, StepPlan, plan_step
+from lola_drake.theory.step_plan import PatternModel, StepPlan, plan_step, zmp_shift
 from lola_drake.theory.step_request import (
     HORIZON,
     REQUEST_SIZE,
@@ -244,7 +244,7 @@ class WalkingPattern(Block):
             displacements=self._next(now, command, request.step_index + 1),
         )
         candidates = [replace(landed, support=support) for support in RESET_SUPPORTS]
-        shifts = [np.abs(plan_step(self._model, c).zmp_shift).max() for c in candidates]
+        shifts = [np.abs(zmp_shift(self._model, c)).max() for c in candidates]
         return candidates[int(np.argmin(shifts))]
 
     def _next(self, now, command, step_index: int) -> np.ndarray:

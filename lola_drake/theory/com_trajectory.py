@@ -10,7 +10,7 @@ the boundary conditions and the choice of the free ZMP parameter are our own.
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.linalg import solve_banded
+from scipy.linalg.lapack import dgtsv
 
 
 @dataclass(frozen=True)
@@ -29,13 +29,14 @@ class KnotSpline:
 
     def __call__(self, time: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return position, velocity and acceleration, shape (len(time), d)."""
-        k = np.clip((time / self.step).astype(int), 0, len(self.position) - 2)
-        s = (time - k * self.step)[:, None]
-        a = self.acceleration[k]
-        jerk = (self.acceleration[k + 1] - a) / self.step
-        velocity = self.velocity[k] + s * (a + s * jerk / 2)
-        position = self.position[k] + s * (self.velocity[k] + s * (a / 2 + s * jerk / 6))
-        return position, velocity, a + s * jerk
+        k = np.minimum((time / self.step).astype(int), len(self.position) - 2)
+        s = time - k * self.step
+        p, v = self.position.T.take(k, axis=1), self.velocity.T.take(k, axis=1)
+        a, a_end = (self.acceleration.T.take(knots, axis=1) for knots in (k, k + 1))
+        jerk = (a_end - a) / self.step
+        position = p + s * (v + s * (a / 2 + s * jerk / 6))
+        velocity = v + s * (a + s * jerk / 2)
+        return position.T, velocity.T, (a + s * jerk).T
 
 
 def solve_com(
@@ -63,34 +64,30 @@ def solve_com(
     Returns:
         The CoM spline, and the amplitude of the ZMP's correction (m), shape (d,).
     """
-    axes = zmp.shape[1]
     rate = np.sqrt(stiffness[-1])
     w = step**2 * stiffness / 6
-    bands = np.zeros((3, len(stiffness)))
-    bands[1, 0] = 1.0
-    bands[1, 1:-1] = -2 - 4 * w[1:-1]
-    bands[0, 2:] = 1 - w[2:]
-    bands[2, :-2] = 1 - w[:-2]
+    lower, main, upper = w[:-1] - 1, 2 + 4 * w, w[1:] - 1
+    main[0], upper[0] = 1.0, 0.0
     # Last row: end velocity of the spline equals -rate (c - p).
-    bands[2, -2] = -1 + w[-2]
-    bands[1, -1] = 1 + 2 * w[-1] + rate * step
-    forcing = np.column_stack([zmp, shape])
-    wp = w[:, None] * forcing
+    main[-1] = 1 + 2 * w[-1] + rate * step
+    forcing = np.vstack([zmp.T, shape])
+    wp = w * forcing
     right = np.empty_like(forcing)
-    right[0, :axes], right[0, axes] = position, 0.0
-    right[1:-1] = -(wp[:-2] + 4 * wp[1:-1] + wp[2:])
-    right[-1] = wp[-2] + 2 * wp[-1] + rate * step * forcing[-1]
-    solution = solve_banded((1, 1), bands, right)
-    acceleration = stiffness[:, None] * (solution - forcing)
+    right[:-1, 0], right[-1, 0] = position, 0.0
+    right[:, 1:-1] = wp[:, :-2] + 4 * wp[:, 1:-1] + wp[:, 2:]
+    right[:, -1] = wp[:, -2] + 2 * wp[:, -1] + rate * step * forcing[:, -1]
+    solution = dgtsv(lower, main, upper, right.T, 1, 1, 1, 1)[3].T
+    acceleration = stiffness * (solution - forcing)
     start = _start_velocity(step, solution, acceleration)
-    amplitude = (velocity - start[:axes]) / start[axes]
-    c = solution[:, :axes] + solution[:, axes:] * amplitude
-    a = acceleration[:, :axes] + acceleration[:, axes:] * amplitude
+    amplitude = (velocity - start[:-1]) / start[-1]
+    c = solution[:-1] + amplitude[:, None] * solution[-1]
+    a = acceleration[:-1] + amplitude[:, None] * acceleration[-1]
     v = np.empty_like(c)
-    v[0] = velocity
-    v[1:] = velocity + np.cumsum((a[:-1] + a[1:]) * (step / 2), axis=0)
-    return KnotSpline(step, c, v, a), amplitude
+    v[:, 0] = 0.0
+    np.cumsum((a[:, :-1] + a[:, 1:]) * (step / 2), axis=1, out=v[:, 1:])
+    v += velocity[:, None]
+    return KnotSpline(step, c.T, v.T, a.T), amplitude
 
 
 def _start_velocity(step: float, c: np.ndarray, a: np.ndarray) -> np.ndarray:
-    return (c[1] - c[0]) / step - step / 6 * (2 * a[0] + a[1])
+    return (c[:, 1] - c[:, 0]) / step - step / 6 * (2 * a[:, 0] + a[:, 1])

@@ -14,6 +14,9 @@ from lola_drake.theory.smooth import linear, quintic
 
 LEFT, RIGHT = 0, 1
 
+FOOT, TOE, HEADING, HEIGHT, MOTION_SIZE = (slice(0, 4), slice(4, 8)), (8, 9), 10, 11, 12
+"""Where a schedule's motion has the feet's poses, the toes' lifts, the yaw and the CoM's height."""
+
 
 @dataclass
 class Profile:
@@ -23,29 +26,32 @@ class Profile:
         start: the value before the first change, shape (d,).
         changes: entries (time from, time to, change of the value with shape (d,)).
         transition: how a change goes from 0 to 1, see `smooth`.
+        end: the value after the last change, shape (d,).
     """
 
     start: np.ndarray
     changes: list[tuple[float, float, np.ndarray]] = field(default_factory=list)
     transition: Callable = quintic
+    end: np.ndarray = field(init=False)
 
-    @property
-    def end(self) -> np.ndarray:
-        """Return the value after the last change."""
-        return self.start + sum(change for *_, change in self.changes)
+    def __post_init__(self):
+        self.end = self.start
 
     def add(self, t_from: float, t_to: float, change: np.ndarray) -> None:
         """Append a change that begins at t_from and is complete at t_to (s)."""
-        self.changes.append((t_from, t_to, np.asarray(change, dtype=float)))
+        change = np.asarray(change, dtype=float)
+        self.changes.append((t_from, t_to, change))
+        self.end = self.end + change
 
-    def __call__(self, time: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return value and rate, each of shape (len(time), d)."""
+    def __call__(self, time: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return value, rate and acceleration at ascending times, each of shape (d, len(time))."""
         begun = [change for change in self.changes if change[0] < time[-1]]
         t_from, t_to = np.array([change[:2] for change in begun]).reshape(-1, 2).T
-        change = np.array([change[2] for change in begun]).reshape(-1, len(self.start))
+        change = np.array([change[2] for change in begun]).reshape(-1, len(self.start)).T
         duration = t_to - t_from
-        s, ds, _ = self.transition((time[:, None] - t_from) / duration)
-        return self.start + s @ change, (ds / duration) @ change
+        s, ds, dds = self.transition((time - t_from[:, None]) / duration[:, None])
+        rate, acceleration = change / duration @ ds, change / duration**2 @ dds
+        return self.start[:, None] + change @ s, rate, acceleration
 
 
 @dataclass(frozen=True)
@@ -66,24 +72,19 @@ class GaitTiming:
 
 @dataclass
 class Schedule:
-    """The horizon: what every foot, the load, the heading and the CoM's height do.
+    """The horizon: what the feet, the torso and the load do.
 
     Attributes:
-        foot: per foot the pose x, y, z (m), yaw (rad) of the TCP.
-        toe: per foot the toe's lift (rad).
+        motion: per foot the TCP's x, y, z (m) and yaw (rad), per foot the toe's lift (rad), the
+            torso's yaw (rad), the CoM's height (m).
         load: the left foot's share of the load.
-        heading: the torso's yaw (rad).
-        height: the CoM's height (m).
         swings: entries (foot, lift-off time, touchdown time).
         path: the robot's frame on the ground x, y (m), yaw (rad) after every step.
         end: time at which the last change is complete (s).
     """
 
-    foot: tuple[Profile, Profile]
-    toe: tuple[Profile, Profile]
+    motion: Profile
     load: Profile
-    heading: Profile
-    height: Profile
     swings: list[tuple[int, float, float]] = field(default_factory=list)
     path: list[np.ndarray] = field(default_factory=list)
     end: float = 0.0
@@ -133,11 +134,8 @@ def make_schedule(
         added where that needs one.
     """
     plan = Schedule(
-        foot=(Profile(feet[LEFT]), Profile(feet[RIGHT])),
-        toe=(Profile(np.zeros(1)), Profile(np.zeros(1))),
+        motion=Profile(np.array([*feet[LEFT], *feet[RIGHT], 0.0, 0.0, heading, height])),
         load=Profile(np.array([load]), transition=linear),
-        heading=Profile(np.array([heading])),
-        height=Profile(np.array([height])),
     )
     for displacement in displacements:
         path = advance(path, displacement)
@@ -153,7 +151,7 @@ def make_schedule(
 
 def _side_by_side(plan: Schedule, timing: GaitTiming, path: np.ndarray, foot: int) -> bool:
     target = foothold(path, foot, timing.step_width)
-    return bool(np.abs(plan.foot[foot].end[[0, 1, 3]] - target).max() < 1e-9)
+    return bool(np.abs(plan.motion.end[FOOT[foot]][[0, 1, 3]] - target).max() < 1e-9)
 
 
 def _add_step(
@@ -169,24 +167,20 @@ def _add_step(
     duration, middle = touchdown - lift_off, (lift_off + touchdown) / 2
     up, down = middle - timing.plateau * duration / 2, middle + timing.plateau * duration / 2
     plan.load.add(plan.end, lift_off, float(swing == RIGHT) - plan.load.end)
-    foot = plan.foot[swing]
+    end = plan.motion.end
     x, y, yaw = foothold(path, swing, timing.step_width)
-    stance_z = plan.foot[1 - swing].end[2]
-    top = max(foot.end[2], stance_z, ground) + timing.step_height
-    rise, fall = top - foot.end[2], ground - top
-    horizontal = np.array([x, y, 0, yaw]) - foot.end * [1, 1, 0, 1]
-    foot.add(
-        lift_off + timing.horizontal_lead * duration,
-        touchdown - timing.horizontal_lag * duration,
-        horizontal,
-    )
-    foot.add(lift_off, up, np.array([0, 0, rise, 0]))
-    foot.add(down, touchdown, np.array([0, 0, fall, 0]))
-    plan.toe[swing].add(lift_off, up, [timing.toe_lift])
-    plan.toe[swing].add(down, touchdown, [-timing.toe_lift])
-    plan.heading.add(lift_off, touchdown, path[2:] - plan.heading.end)
-    level = timing.com_height + (stance_z + ground) / 2
-    plan.height.add(lift_off, touchdown, level - plan.height.end)
+    z, stance_z = end[FOOT[swing]][2], end[FOOT[1 - swing]][2]
+    top, level = max(z, stance_z, ground) + timing.step_height, (stance_z + ground) / 2
+    across, rise, fall, body = np.zeros((4, MOTION_SIZE))
+    across[FOOT[swing]] = [x, y, z, yaw] - end[FOOT[swing]]
+    rise[FOOT[swing]], rise[TOE[swing]] = [0.0, 0.0, top - z, 0.0], timing.toe_lift
+    fall[FOOT[swing]], fall[TOE[swing]] = [0.0, 0.0, ground - top, 0.0], -timing.toe_lift
+    body[HEADING], body[HEIGHT] = path[2] - end[HEADING], timing.com_height + level - end[HEIGHT]
+    lead, lag = timing.horizontal_lead * duration, timing.horizontal_lag * duration
+    plan.motion.add(lift_off + lead, touchdown - lag, across)
+    plan.motion.add(lift_off, up, rise)
+    plan.motion.add(down, touchdown, fall)
+    plan.motion.add(lift_off, touchdown, body)
     plan.swings.append((swing, lift_off, touchdown))
     plan.path.append(path)
     plan.end = touchdown

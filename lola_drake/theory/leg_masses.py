@@ -11,6 +11,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+PASSES = 4
+"""Rounds in which the torso's place and the legs' posture meet: each leaves a quarter or so."""
+
 
 @dataclass(frozen=True)
 class LegModel:
@@ -49,99 +52,114 @@ class LegModel:
         return self.body_mass + 2 * (self.thigh_mass + self.shank_mass + self.foot_mass)
 
 
-def angular_momentum(
-    legs: LegModel,
-    step: float,
-    com: np.ndarray,
-    heading: np.ndarray,
-    p_PTcp: tuple[np.ndarray, np.ndarray],
-    yaw: tuple[np.ndarray, np.ndarray],
-) -> np.ndarray:
-    """Return the angular momentum about the CoM along a motion.
+class LegMotion:
+    """How the feet and the heading move, and the angular momentum that the CoM adds to it.
 
-    Args:
-        legs: the lumped robot.
-        step: distance of the samples (s).
-        com: CoM (m), shape (n, 3).
-        heading: the torso's yaw (rad), shape (n,).
-        p_PTcp: TCP of the left and right foot (m), each of shape (n, 3).
-        yaw: yaw of the left and right foot (rad), each of shape (n,).
-
-    Returns:
-        Angular momentum (Nms), shape (n, 3).
+    Inside, arrays have one row per component, then perhaps the left and the right leg, and one
+    column per sample.
     """
-    tcps, yaws = np.array(p_PTcp), np.array(yaw)
-    ankles, feet = tcps + _turn(yaws, legs.p_TcpAnkle), tcps + _turn(yaws, legs.p_TcpFoot)
-    bodies, links = _posture(legs, com, heading, ankles, feet)
-    inertias = np.repeat([legs.thigh_inertia, legs.shank_inertia], 2)
-    velocity = np.gradient(bodies, step, axis=1) - np.gradient(com, step, axis=0)
-    orbital = np.cross(bodies - com, velocity)
-    spin = np.cross(links, np.gradient(links, step, axis=1))
-    return np.tensordot(_masses(legs), orbital, 1) + np.tensordot(inertias, spin, 1)
+
+    def __init__(self, legs: LegModel, step: float, heading: np.ndarray, feet: np.ndarray):
+        """Prepare what does not depend on the CoM.
+
+        Args:
+            legs: the lumped robot.
+            step: distance of the samples (s).
+            heading: the torso's yaw (rad), shape (n,).
+            feet: poses x, y, z (m), yaw (rad) of the left and the right TCP, shape (4, 2, n).
+        """
+        self._legs, self._step = legs, step
+        turn, turns = _direction(heading), _direction(feet[3])
+        self._forward = turn[:, None]
+        self._body = _turn(turn, legs.p_TBody)
+        self._hips = np.stack([_turn(turn, legs.p_THip * [1, side, 1]) for side in (1, -1)], axis=1)
+        self._feet = feet[:3] + _turn(turns, legs.p_TcpFoot)
+        self._reach = feet[:3] + _turn(turns, legs.p_TcpAnkle) - self._hips
+
+    def angular_momentum(self, com: np.ndarray) -> np.ndarray:
+        """Return the angular momentum about the CoM (Nms) for a CoM (m), both of shape (3, n)."""
+        legs, arms = self._legs, self._arms(com)
+        masses = [legs.thigh_mass, legs.shank_mass, legs.foot_mass]
+        inertias = [legs.thigh_inertia, legs.shank_inertia]
+        weights = np.array([legs.body_mass, *np.repeat([*masses, *inertias], 2)])
+        x, y, z = arms
+        u, v, w = derivative(arms, self._step)
+        spins = y * w - z * v, z * u - x * w, x * v - y * u
+        return np.array([weights @ spin for spin in spins])
+
+    def _arms(self, com: np.ndarray) -> np.ndarray:
+        """Return what turns about the CoM, shape (3, 11, n).
+
+        That is where the body, the thighs, the shanks and the feet are relative to it (m), and the
+        directions of the thighs and the shanks.
+        """
+        legs = self._legs
+        torso, line, thighs = self._posture(com)
+        hips, shanks = self._hips + torso[:, None], line - thighs
+        arms = np.empty((3, 11, com.shape[1]))
+        arms[:, 0] = torso + self._body
+        arms[:, 1:3] = hips + legs.thigh_com / legs.thigh_length * thighs
+        arms[:, 3:5] = hips + thighs + legs.shank_com / legs.shank_length * shanks
+        arms[:, 5:7] = self._feet
+        arms[:, :7] -= com[:, None]
+        arms[:, 7:9] = thighs / legs.thigh_length
+        arms[:, 9:11] = shanks / legs.shank_length
+        return arms
+
+    def _posture(self, com: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return where the torso is, shape (3, n), and what `_legs_from` says of the legs (m)."""
+        legs = self._legs
+        # The links' masses, seen as points in the joints.
+        thigh, shank = legs.thigh_com / legs.thigh_length, legs.shank_com / legs.shank_length
+        at_knee = legs.thigh_mass * thigh + legs.shank_mass * (1 - shank)
+        at_ankle = legs.shank_mass * shank
+        above = legs.mass - 2 * (at_ankle + legs.foot_mass)
+        ends = (above - legs.body_mass) / 2 * self._hips + legs.foot_mass * self._feet
+        ends += at_ankle * (self._hips + self._reach)
+        rest = ends[:, 0] + ends[:, 1] + legs.body_mass * self._body
+        torso = com - self._body
+        line, thighs = self._legs_from(torso)
+        # The torso's place follows from the CoM, which depends on the legs: a quick contraction.
+        for _ in range(PASSES - 1):
+            moment = above * torso + at_knee * (thighs[:, 0] + thighs[:, 1]) + rest
+            torso = torso + com - moment / legs.mass
+            line, thighs = self._legs_from(torso)
+        return torso, line, thighs
+
+    def _legs_from(self, torso: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return the lines from hip to ankle and from hip to knee (m), both of shape (3, 2, n).
+
+        Legs bend forward, over-stretched ones are straight: a knee is some way along the line to
+        the ankle, and some way out in the forward direction.
+        """
+        thigh, shank = self._legs.thigh_length, self._legs.shank_length
+        line = self._reach - torso[:, None]
+        squared = np.einsum("ikn,ikn->kn", line, line)
+        ahead = self._forward[0] * line[0] + self._forward[1] * line[1]
+        projected = (squared + (thigh**2 - shank**2)) / 2
+        bend = np.maximum(thigh**2 * squared - projected**2, 0.0)
+        out = np.sqrt(bend / (squared - ahead**2))
+        thighs = (projected - out * ahead) / squared * line
+        thighs[:2] += out * self._forward
+        return line, thighs
 
 
-def _masses(legs: LegModel) -> np.ndarray:
-    """Return the masses of the body, the thighs, the shanks and the feet (kg), shape (7,)."""
-    return np.array(
-        [legs.body_mass, *np.repeat([legs.thigh_mass, legs.shank_mass, legs.foot_mass], 2)]
-    )
+def derivative(values: np.ndarray, step: float) -> np.ndarray:
+    """Return derivatives along the last axis: central differences, one-sided at the ends."""
+    rates = np.empty_like(values)
+    np.subtract(values[..., 2:], values[..., :-2], out=rates[..., 1:-1])
+    rates[..., 0] = 2 * (values[..., 1] - values[..., 0])
+    rates[..., -1] = 2 * (values[..., -1] - values[..., -2])
+    rates /= 2 * step
+    return rates
 
 
-def _posture(
-    legs: LegModel, com: np.ndarray, heading: np.ndarray, ankles: np.ndarray, feet: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
-    """Return the posture in which the given CoM, ankles and feet belong together.
-
-    Args:
-        legs: the lumped robot.
-        com: CoM (m), shape (n, 3).
-        heading: the torso's yaw (rad), shape (n,).
-        ankles: of the left and right leg (m), shape (2, n, 3).
-        feet: CoM of the left and right foot (m), shape (2, n, 3).
-
-    Returns:
-        Where the masses are (m), in the order of `_masses`, shape (7, n, 3), and the directions of
-        the thighs and shanks, shape (4, n, 3).
-    """
-    masses, forward = _masses(legs), _turn(heading, np.array([1.0, 0.0, 0.0]))
-    body = _turn(heading, legs.p_TBody)
-    hip_left, hip_right = (_turn(heading, legs.p_THip * [1, side, 1]) for side in (1, -1))
-    torso = com - body
-    # The torso's place follows from the CoM, which depends on the legs: a quick contraction.
-    for _ in range(4):
-        hips = torso + np.array([hip_left, hip_right])
-        knees = _knees(legs, hips, ankles, forward)
-        thighs, shanks = (knees - hips) / legs.thigh_length, (ankles - knees) / legs.shank_length
-        bodies = np.concatenate(
-            [
-                [torso + body],
-                hips + legs.thigh_com * thighs,
-                knees + legs.shank_com * shanks,
-                feet,
-            ]
-        )
-        torso = torso + com - np.tensordot(masses, bodies, 1) / legs.mass
-    return bodies, np.concatenate([thighs, shanks])
+def _direction(yaw: np.ndarray) -> np.ndarray:
+    """Return x and y of the forward direction."""
+    return np.array([np.cos(yaw), np.sin(yaw)])
 
 
-def _knees(legs: LegModel, hips: np.ndarray, ankles: np.ndarray, forward: np.ndarray) -> np.ndarray:
-    """Return the knees of two-link legs that bend forward; an over-stretched leg is straight."""
-    line = ankles - hips
-    distance = np.sqrt(_dot(line, line))
-    along = line / distance
-    normal = forward - _dot(forward, along) * along
-    normal /= np.sqrt(_dot(normal, normal))
-    upper = (distance**2 + legs.thigh_length**2 - legs.shank_length**2) / (2 * distance)
-    bend = np.sqrt(np.maximum(legs.thigh_length**2 - upper**2, 0.0))
-    return hips + upper * along + bend * normal
-
-
-def _dot(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """Return the scalar products of vectors, shape (..., 1)."""
-    return np.einsum("...i,...i->...", a, b)[..., None]
-
-
-def _turn(yaw: np.ndarray, p: np.ndarray) -> np.ndarray:
-    """Return the vector p turned by each yaw about z, shape (..., 3)."""
-    c, s = np.cos(yaw), np.sin(yaw)
-    return np.stack([c * p[0] - s * p[1], s * p[0] + c * p[1], np.full_like(c, p[2])], axis=-1)
+def _turn(forward: np.ndarray, p: np.ndarray) -> np.ndarray:
+    """Return the vector p turned about z until x points forward, shape (3, ...)."""
+    c, s = forward
+    return np.array([c * p[0] - s * p[1], s * p[0] + c * p[1], np.full_like(c, p[2])])

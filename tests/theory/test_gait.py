@@ -6,7 +6,15 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from lola_drake.blocks.walking_pattern import WalkingPatternParams
-from lola_drake.theory.gait import LEFT, RIGHT, Profile, advance, foothold, make_schedule
+from lola_drake.theory.gait import (
+    FOOT,
+    LEFT,
+    RIGHT,
+    Profile,
+    advance,
+    foothold,
+    make_schedule,
+)
 
 TIMING = WalkingPatternParams().timing()
 displacements = st.lists(
@@ -33,8 +41,8 @@ def test_profile_holds_its_ends_and_sums_its_changes():
     profile = Profile(np.array([1.0, 0.0]))
     profile.add(0.2, 0.4, [1.0, 0.0])
     profile.add(0.3, 0.5, [0.0, -2.0])
-    value, rate = profile(np.array([0.0, 0.2, 0.5, 9.0]))
-    np.testing.assert_allclose(value, [[1, 0], [1, 0], [2, -2], [2, -2]])
+    value, rate, _ = profile(np.array([0.0, 0.2, 0.5, 9.0]))
+    np.testing.assert_allclose(value.T, [[1, 0], [1, 0], [2, -2], [2, -2]])
     np.testing.assert_allclose(rate, 0)
     np.testing.assert_allclose(profile.end, [2, -2])
 
@@ -44,22 +52,21 @@ def test_motions_are_continuous_to_the_acceleration(swing):
     plan = schedule([[0.35, 0.05, 0.1]] * 3, swing)
     dt = 1e-4
     time = np.arange(0.0, plan.end + 0.2, dt)
-    for profile in (*plan.foot, *plan.toe, plan.heading, plan.height):
-        value, rate = profile(time)
-        middle = (value[2:] - value[:-2]) / (2 * dt)
-        np.testing.assert_allclose(middle, rate[1:-1], atol=1e-4)
-        acceleration = np.diff(rate, axis=0) / dt
-        # The minimum-jerk transition of a change in the time T has at most the jerk 60 change/T^3.
-        jerk = sum(
-            60 * np.abs(change) / (end - begin) ** 3 for begin, end, change in profile.changes
-        )
-        assert np.all(np.abs(np.diff(acceleration, axis=0)) <= 1.01 * jerk * dt + 1e-9)
+    value, rate, acceleration = plan.motion(time)
+    np.testing.assert_allclose((value[:, 2:] - value[:, :-2]) / (2 * dt), rate[:, 1:-1], atol=1e-4)
+    middle = (rate[:, 2:] - rate[:, :-2]) / (2 * dt)
+    # The minimum-jerk transition of a change in the time T has at most the jerk 60 change/T^3.
+    jerk = sum(
+        60 * np.abs(change) / (end - begin) ** 3 for begin, end, change in plan.motion.changes
+    )
+    assert np.all(np.abs(middle - acceleration[:, 1:-1]) <= jerk[:, None] * dt + 1e-7)
+    assert np.all(np.abs(np.diff(acceleration)) <= 1.01 * jerk[:, None] * dt + 1e-9)
 
 
 def test_load_moves_without_jumps_and_rests_on_the_stance_foot():
     plan = schedule([[0.3, 0.0, 0.0]] * 3)
     time = np.arange(0.0, plan.end, 1e-3)
-    load = plan.load(time)[0][:, 0]
+    load = plan.load(time)[0][0]
     assert np.abs(np.diff(load)).max() < 0.005
     assert load.min() >= 0
     assert load.max() <= 1
@@ -74,10 +81,11 @@ def test_one_foot_stands_still_while_the_other_swings(steps):
     for k, (foot, lift_off, touchdown) in enumerate(plan.swings):
         assert k == 0 or foot != plan.swings[k - 1][0]
         time = np.linspace(lift_off, touchdown, 50)
-        stance, rate = plan.foot[1 - foot](time)
+        value, rates, _ = plan.motion(time)
+        stance, rate = value[FOOT[1 - foot]].T, rates[FOOT[1 - foot]]
         np.testing.assert_allclose(stance, stance[:1].repeat(50, axis=0), atol=1e-12)
         np.testing.assert_allclose(rate, 0, atol=1e-9)
-        height = plan.foot[foot](time)[0][:, 2]
+        height = value[FOOT[foot]][2]
         assert height.max() == pytest.approx(TIMING.step_height)
         assert height.min() >= -1e-12
 
@@ -89,7 +97,7 @@ def test_ends_with_the_feet_side_by_side(steps):
     for step in steps:
         path = advance(path, np.array(step))
     for foot in (LEFT, RIGHT):
-        end = plan.foot[foot].end
+        end = plan.motion.end[FOOT[foot]]
         np.testing.assert_allclose(
             end[[0, 1, 3]], foothold(path, foot, TIMING.step_width), atol=1e-8
         )
@@ -109,6 +117,7 @@ def test_mirrored_steps_give_the_mirrored_schedule(steps):
     mirror = schedule([(x, -y, -turn) for x, y, turn in steps], RIGHT)
     time = np.linspace(0.0, plan.end, 100)
     for foot in (LEFT, RIGHT):
-        for one, other in zip(plan.foot[foot](time), mirror.foot[1 - foot](time), strict=True):
-            np.testing.assert_allclose(one, mirrored(other), atol=1e-9)
+        for one, other in zip(plan.motion(time), mirror.motion(time), strict=True):
+            other = mirrored(other[FOOT[1 - foot]].T)
+            np.testing.assert_allclose(one[FOOT[foot]].T, other, rtol=1e-9, atol=1e-9)
     np.testing.assert_allclose(plan.load(time)[0], 1 - mirror.load(time)[0], atol=1e-12)

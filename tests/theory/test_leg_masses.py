@@ -8,7 +8,7 @@ import pytest
 from lola_drake.blocks.walking_pattern import WalkingPatternParams, continued, standing_request
 from lola_drake.robot import Kinematics, leg_model, posture, solve_posture
 from lola_drake.signals import PERIOD, PLANNED_MOTION, TASK_REFERENCE
-from lola_drake.theory.leg_masses import angular_momentum
+from lola_drake.theory.leg_masses import LegMotion, derivative
 from lola_drake.theory.step_plan import PatternModel, plan_step
 
 PARAMS = WalkingPatternParams(double_support=0.3, zmp_forward=-0.02)
@@ -28,6 +28,12 @@ def legs(kinematics):
     return leg_model(kinematics)
 
 
+def angular_momentum(legs, step, com, heading, tcps, yaws):
+    """Return the angular momentum (n, 3) of a CoM (n, 3), TCPs (n, 3) and yaws (n)."""
+    feet = np.stack([np.column_stack(foot).T for foot in zip(tcps, yaws, strict=True)], axis=1)
+    return LegMotion(legs, step, heading, feet).angular_momentum(com.T).T
+
+
 def standing():
     """Return the CoM, heading, TCPs and yaws of a robot that stands."""
     n = len(TIME)
@@ -43,6 +49,12 @@ def swinging():
     swing = np.column_stack([0.4 * phase, 0.02 * phase, 0.05 * np.sin(np.pi * phase) ** 2])
     moving = com + np.column_stack([0.2 * phase, -0.02 * phase, 0 * phase])
     return moving, heading + 0.1 * phase, (left + swing, right), (yaw_left + 0.2 * phase, yaw_right)
+
+
+def test_derivative_is_numpy_s_gradient():
+    values = np.random.default_rng(0).normal(size=(3, 2, 20))
+    expected = np.gradient(values, STEP, axis=-1)
+    assert derivative(values, STEP) == pytest.approx(expected, rel=1e-12)
 
 
 def test_masses_add_up_to_the_robot(legs):
@@ -151,7 +163,7 @@ def planned_step(legs):
     request = replace(standing_request(PARAMS), displacements=steps)
     first = plan_step(model, request)
     following = replace(
-        continued(request, first, len(first.gait_phase) - 1, PERIOD),
+        continued(request, first, len(first.gait_phase) - 1),
         swing=1 - request.swing,
         load=first.load,
         path=first.path,

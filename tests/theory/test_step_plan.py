@@ -14,8 +14,8 @@ from lola_drake.robot import Kinematics, leg_model
 from lola_drake.signals import GAIT_PHASE, IDEAL_WRENCH, PERIOD, PLANNED_MOTION, TASK_REFERENCE
 from lola_drake.theory.constants import GRAVITY
 from lola_drake.theory.gait import LEFT, RIGHT
-from lola_drake.theory.leg_masses import angular_momentum
-from lola_drake.theory.step_plan import PatternModel, plan_step
+from lola_drake.theory.leg_masses import LegMotion
+from lola_drake.theory.step_plan import PatternModel, plan_step, zmp_shift
 from lola_drake.theory.step_request import HORIZON
 
 PARAMS = WalkingPatternParams()
@@ -47,7 +47,7 @@ def walk(model, steps, start=None):
         plan = plan_step(model, request)
         done.append((request, plan))
         request = replace(
-            continued(request, plan, len(plan.gait_phase) - 1, PERIOD),
+            continued(request, plan, len(plan.gait_phase) - 1),
             step_index=k + 1,
             swing=1 - request.swing,
             load=plan.load,
@@ -167,17 +167,18 @@ def test_ideal_torque_is_what_the_swinging_legs_need(walks, model):
     # The plan is corrected for the legs twice: less than a tenth or so of the peak is left over.
     rows = slice(None, None, 10)
     for _, plan in walks["straight"]:
-        momentum = angular_momentum(
-            model.legs,
-            10 * PERIOD,
-            planned(plan, "com")[rows],
-            planned(plan, "heading")[rows, 0],
-            tuple(planned(plan, name)[rows, :3] for name in ("foot_l", "foot_r")),
-            tuple(planned(plan, name)[rows, 3] for name in ("foot_l", "foot_r")),
-        )
+        feet = np.stack([planned(plan, name)[rows].T for name in ("foot_l", "foot_r")], axis=1)
+        legs = LegMotion(model.legs, 10 * PERIOD, planned(plan, "heading")[rows, 0], feet)
+        momentum = legs.angular_momentum(planned(plan, "com")[rows].T).T
         rate = np.gradient(momentum, 10 * PERIOD, axis=0)[2:-2, :2]
         torque = plan.ideal_wrench[rows, IDEAL_WRENCH.slice("T", 2)][2:-2]
         assert np.abs(torque - rate).max() < 0.15 * np.abs(rate).max()
+
+
+@pytest.mark.parametrize("name", WALKS)
+def test_shift_of_the_zmp_is_known_without_the_plan(walks, model, name):
+    for request, plan in walks[name]:
+        assert np.array_equal(zmp_shift(model, request), plan.zmp_shift)
 
 
 @pytest.mark.parametrize("name", WALKS)
