@@ -11,7 +11,6 @@ COM_POSITION = Signal("com_position", "The CoM of the plant.", (Field("p", _XYZ,
 FOOT_POSE = Signal("foot_pose", "One foot's TCP in the plant.", _POSE)
 JOINT_POSITION = Signal("joint_position", "In the plant.", (Field("q", JOINTS, "rad"),))
 JOINT_VELOCITY = Signal("joint_velocity", "In the plant.", (Field("q_dot", JOINTS, "rad/s"),))
-JOINT_TORQUE = Signal("joint_torque", "At the joints.", (Field("torque", JOINTS, "Nm"),))
 
 _ONCE = (
     signals.WALK_COMMAND,
@@ -30,7 +29,7 @@ _ONCE = (
     COM_POSITION,
     JOINT_POSITION,
     JOINT_VELOCITY,
-    JOINT_TORQUE,
+    signals.JOINT_TORQUE,
 )
 _PER_FOOT = (
     signals.CONTACT_WRENCH,

@@ -1,6 +1,6 @@
 """A simulation under way, whichever engine runs it: its time, signals, gains and record."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import Field as DataclassField
 from functools import cached_property
 from typing import NamedTuple
@@ -8,7 +8,8 @@ from typing import NamedTuple
 import numpy as np
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.systems.analysis import Simulator
-from pydrake.systems.framework import Diagram, System
+from pydrake.systems.framework import Context, Diagram, System
+from pydrake.systems.primitives import ConstantVectorSource
 
 from lola_drake.block import Block
 from lola_drake.block_system import gain_of, set_gain
@@ -17,7 +18,8 @@ from lola_drake.logged import LOGGED
 from lola_drake.plant import has_fallen, plant_truth
 from lola_drake.results import Result
 from lola_drake.scenario import Scenario
-from lola_drake.signals import PERIOD, on_tick, split_foot
+from lola_drake.servos import OVERLOADED
+from lola_drake.signals import PERIOD, PLANT_STATE, on_tick, split_foot
 
 
 class Gain(NamedTuple):
@@ -34,6 +36,14 @@ class Gain(NamedTuple):
     field: DataclassField
 
 
+class _Snapshot(NamedTuple):
+    """The moment before some ticks: the time (s), and the states of plant and fused system."""
+
+    time: float
+    plant: np.ndarray
+    fused: np.ndarray
+
+
 class Run:
     """A scenario as it runs.
 
@@ -42,15 +52,33 @@ class Run:
         diagram: Drake's, of blocks or with the fused system.
         simulator, context: of the diagram.
         plant: in it.
+        fused: the fused system in it; None where blocks run one by one.
     """
 
-    def __init__(self, scenario: Scenario, diagram: Diagram):
-        """Start a diagram that `simulation` has built."""
-        self.scenario, self.diagram = scenario, diagram
+    def __init__(
+        self, scenario: Scenario, diagram: Diagram, limited: Callable[[], Diagram] | None = None
+    ):
+        """Start a diagram that `simulation` has built.
+
+        Args:
+            scenario: what is run.
+            diagram: of it.
+            limited: gives the same diagram with servos that keep their limits of torque, to go on
+                with from where a drive would reach one.
+        """
+        self.scenario = scenario
+        self._limited = limited
+        self._earlier: list[tuple[np.ndarray, np.ndarray]] = []
+        self._begin(diagram)
+        self.simulator.Initialize()
+
+    def _begin(self, diagram: Diagram) -> None:
+        self.diagram = diagram
         self.simulator = Simulator(diagram)
         self.context = self.simulator.get_mutable_context()
         self.plant: MultibodyPlant = diagram.GetSubsystemByName("plant")
-        self.simulator.Initialize()
+        is_fused = diagram.HasSubsystemNamed("fused")
+        self.fused: FusedSystem | None = diagram.GetSubsystemByName("fused") if is_fused else None
 
     @property
     def time(self) -> float:
@@ -64,14 +92,52 @@ class Run:
 
     def advance(self, until: float) -> None:
         """Simulate until the tick nearest to a time (s)."""
+        before = self._snapshot() if self._limited else None
         self.simulator.AdvanceTo(on_tick(until))
+        if before and self.state("drive_guard", OVERLOADED.name).item() > 0:
+            self._go_on_limited(before)
+            self.simulator.AdvanceTo(on_tick(until))
 
-    @cached_property
-    def fused(self) -> FusedSystem | None:
-        """Return the fused system; None where blocks run one by one."""
-        if self.diagram.HasSubsystemNamed("fused"):
-            return self.diagram.GetSubsystemByName("fused")
-        return None
+    def _snapshot(self) -> "_Snapshot":
+        states = (
+            system.GetMyContextFromRoot(self.context).get_discrete_state_vector().CopyToVector()
+            for system in (self.plant, self.fused)
+        )
+        return _Snapshot(self.time, *states)
+
+    def _go_on_limited(self, before: "_Snapshot") -> None:
+        """Go back to a moment, and from there on with servos that keep their limits."""
+        times, data = self._recorded()
+        kept = times < before.time - 0.5 * PERIOD
+        self._earlier = [(times[kept], data[kept])]
+        old = self.diagram, self.context
+        self._begin(self._limited())
+        self._limited = None
+        self.context.SetTime(before.time)
+        for system, state in ((self.plant, before.plant), (self.fused, before.fused)):
+            system.GetMyMutableContextFromRoot(self.context).SetDiscreteState(state)
+        self._take_over(*old)
+        self.simulator.Initialize()
+
+    def _take_over(self, diagram: Diagram, context: Context) -> None:
+        """Take over what was turned or pushed from outside in a run until now."""
+        gains = diagram.GetSubsystemByName("fused").GetMyContextFromRoot(context)
+        mine = self.fused.GetMyMutableContextFromRoot(self.context)
+        mine.get_mutable_numeric_parameter(0).SetFromVector(
+            gains.get_numeric_parameter(0).CopyToVector()
+        )
+        source = diagram.GetSubsystemByName("walk_command")
+        if isinstance(source, ConstantVectorSource):
+            self.command(source.get_source_value(source.GetMyContextFromRoot(context)).value())
+        plant = diagram.GetSubsystemByName("plant")
+        pushed, inside = (
+            plant.get_applied_spatial_force_input_port(),
+            plant.GetMyContextFromRoot(context),
+        )
+        if pushed.HasValue(inside):
+            self.plant.get_applied_spatial_force_input_port().FixValue(
+                self.plant.GetMyMutableContextFromRoot(self.context), pushed.Eval(inside)
+            )
 
     @cached_property
     def blocks(self) -> dict[str, Block]:
@@ -126,6 +192,7 @@ class Run:
         log = self.diagram.GetSubsystemByName("log").FindMutableLog(self.context)
         if log.num_samples() > kept:
             log.Clear()
+            self._earlier = []
 
     def gains(self) -> Iterator[Gain]:
         """Yield the gains of all blocks, those of both feet once."""
@@ -166,8 +233,7 @@ class Run:
         """Return what was recorded until now, with the time it took (s)."""
         # The log's sample of this moment, which AdvanceTo leaves to what comes after it.
         self.simulator.AdvancePendingEvents()
-        log = self.diagram.GetSubsystemByName("log").FindLog(self.context)
-        times, data = log.sample_times().copy(), log.data().T
+        times, data = self._recorded()
         signals = {name: data[:, at].copy() for name, at in self._columns().items()}
         signals |= plant_truth(self.plant, signals.pop("plant_state"))
         fell = self.fallen
@@ -180,17 +246,22 @@ class Run:
             wall_time=wall_time,
         )
 
+    def _recorded(self) -> tuple[np.ndarray, np.ndarray]:
+        """Return the times (s) and rows of the log until now."""
+        log = self.diagram.GetSubsystemByName("log").FindLog(self.context)
+        parts = [*self._earlier, (log.sample_times(), log.data().T)]
+        return tuple(np.concatenate(columns) for columns in zip(*parts, strict=True))
+
     def _columns(self) -> dict[str, slice]:
         """Return where each signal is in the log."""
         if self.fused:
             layout = self.fused.layout
-            first, total = layout.visible.start, layout.visible.stop - layout.visible.start
-            columns = {
+            first = layout.visible.start
+            return {
                 name: slice(at.start - first, at.stop - first)
                 for name, at in layout.signals.items()
-                if name in LOGGED or name == "plant_state"
+                if name in LOGGED or name == PLANT_STATE.name
             }
-            return columns | {"joint_torque": slice(total, total + LOGGED["joint_torque"].size)}
         from lola_drake.simulation import log_ports
 
         named = ("imu", "foot_force_sensor", "contact_switches")

@@ -241,6 +241,7 @@ JOINT_ANGLES = Signal(
     "The commanded joint angles.",
     (Field("q", JOINTS, "rad"),),
 )
+JOINT_TORQUE = Signal("joint_torque", "At the joints.", (Field("torque", JOINTS, "Nm"),))
 JOINT_DESIRED_STATE = Signal(
     "joint_desired_state",
     "What the servos follow.",

@@ -24,7 +24,6 @@ from lola_drake.block import Block
 from lola_drake.blocks.contact_switches import ContactSwitches
 from lola_drake.blocks.foot_force_sensor import FootForceSensor
 from lola_drake.blocks.imu import Imu
-from lola_drake.blocks.joint_servos import set_servo_gains
 from lola_drake.controller import (
     Blocks,
     Stance,
@@ -40,7 +39,14 @@ from lola_drake.results import Result
 from lola_drake.robot import Kinematics
 from lola_drake.run import Run
 from lola_drake.scenario import Scenario, Walk
-from lola_drake.signals import FEET, JOINT_DESIRED_STATE, JOINT_FEEDFORWARD, PERIOD
+from lola_drake.servos import DampingServos, DriveGuard, ImplicitServos
+from lola_drake.signals import (
+    FEET,
+    JOINT_DESIRED_STATE,
+    JOINT_FEEDFORWARD,
+    JOINT_TORQUE,
+    PERIOD,
+)
 from lola_drake.swap import Replacement, swapped
 from lola_drake.theory.constants import GRAVITY
 
@@ -54,6 +60,7 @@ class World:
     Attributes:
         builder: of the diagram that has the plant.
         plant, scene_graph: in that diagram.
+        servos: in the plant.
         stance: how the robot stands at the start.
         sensors, controller: the blocks, by name.
     """
@@ -61,17 +68,22 @@ class World:
     builder: DiagramBuilder
     plant: MultibodyPlant
     scene_graph: SceneGraph
+    servos: ImplicitServos | DampingServos
     stance: Stance
     sensors: Blocks
     controller: Blocks
 
 
-def make_world(scenario: Scenario, blocks: Mapping[str, Replacement] | None = None) -> World:
+def make_world(
+    scenario: Scenario,
+    blocks: Mapping[str, Replacement] | None = None,
+    servos: type[ImplicitServos | DampingServos] = ImplicitServos,
+) -> World:
     """Return the plant of a scenario, and its blocks, some of them replaced."""
     builder = DiagramBuilder()
     plant, scene_graph = add_plant(builder, scenario.ground)
+    driven = servos(plant, scenario.control.servos)
     plant.Finalize()
-    set_servo_gains(plant, scenario.control.servos)
     kinematics = Kinematics()
     stance = initial_stance(scenario, kinematics)
     set_start(plant, scenario.start, scenario.ground, stance.q, stance.p_PT)
@@ -82,6 +94,7 @@ def make_world(scenario: Scenario, blocks: Mapping[str, Replacement] | None = No
         builder,
         plant,
         scene_graph,
+        driven,
         stance,
         {name: all_blocks[name] for name in sensors},
         {name: all_blocks[name] for name in controller},
@@ -133,9 +146,8 @@ def build_simulation(
         for i in range(system.num_input_ports()):
             port = system.get_input_port(i)
             builder.Connect(sources[port.get_name()], port)
-    _connect_servos(
+    world.servos.connect(
         builder,
-        plant,
         controller.GetOutputPort(JOINT_DESIRED_STATE.name),
         controller.GetOutputPort(JOINT_FEEDFORWARD.name),
     )
@@ -148,30 +160,27 @@ def build_simulation(
 def build_fused(world: World, scenario: Scenario, *, compile_laws: bool | None = None) -> Diagram:
     """Return the closed loop with all of sensors and controller in one system, for speed.
 
-    It does what the diagram of blocks does. The log has the row of the fused system, and the
-    torques at the joints.
+    It does what the diagram of blocks does. The log has the row of the fused system.
     """
     builder, plant = world.builder, world.plant
-    fused = builder.AddNamedSystem(
-        "fused", FusedSystem(world.sensors | world.controller, compile_laws=compile_laws)
-    )
+    guard = DriveGuard(torque_limit=plant.GetEffortUpperLimits())
+    blocks = world.sensors | {"drive_guard": guard} | world.controller
+    fused = builder.AddNamedSystem("fused", FusedSystem(blocks, compile_laws=compile_laws))
     command = builder.AddNamedSystem("walk_command", _command_source(scenario.walk))
-    sources = _plant_ports(plant) | {"walk_command": command.get_output_port()}
+    layout, state = fused.layout, fused.GetOutputPort("state")
+    torque = world.servos.connect(
+        builder,
+        _cut(builder, state, layout.signals[JOINT_DESIRED_STATE.name]),
+        _cut(builder, state, layout.signals[JOINT_FEEDFORWARD.name]),
+    )
+    sources = _plant_ports(plant) | {
+        "walk_command": command.get_output_port(),
+        JOINT_TORQUE.name: torque,
+    }
     for i in range(fused.num_input_ports()):
         port = fused.get_input_port(i)
         builder.Connect(sources[port.get_name()], port)
-    layout = fused.layout
-    desired, feedforward = (
-        layout.signals[signal.name] for signal in (JOINT_DESIRED_STATE, JOINT_FEEDFORWARD)
-    )
-    _connect_servos(
-        builder,
-        plant,
-        _cut(builder, fused.GetOutputPort("state"), desired),
-        _cut(builder, fused.GetOutputPort("state"), feedforward),
-    )
-    row = _cut(builder, fused.GetOutputPort("tick"), layout.visible)
-    _add_log(builder, [row, plant.get_net_actuation_output_port()])
+    _add_log(builder, [_cut(builder, fused.GetOutputPort("tick"), layout.visible)])
     diagram = builder.Build()
     diagram.set_name("lola")
     return diagram
@@ -192,14 +201,6 @@ def _plant_ports(plant: MultibodyPlant) -> dict[str, OutputPort]:
         "reaction_forces": plant.get_reaction_forces_output_port(),
         "contact_results": plant.get_contact_results_output_port(),
     }
-
-
-def _connect_servos(
-    builder: DiagramBuilder, plant: MultibodyPlant, desired: OutputPort, feedforward: OutputPort
-) -> None:
-    robot = plant.GetModelInstanceByName("lola")
-    builder.Connect(desired, plant.get_desired_state_input_port(robot))
-    builder.Connect(feedforward, plant.get_actuation_input_port())
 
 
 def planned_steps(walk: Walk) -> np.ndarray | None:
@@ -270,15 +271,27 @@ def start(
 ) -> Run:
     """Return a run of a scenario that has not advanced yet; the arguments are those of `simulate`.
 
-    The engine is the diagram if one of the blocks is a system of Drake's own.
+    The engine is the diagram if one of the blocks is a system of Drake's own. The fused one begins
+    with the cheaper servos, which know no limits; see `lola_drake.servos`.
     """
     if engine not in ENGINES:
         raise ValueError(f"engine: {engine!r} is not allowed, it must be one of {ENGINES}")
+
+    def fused(servos: type) -> Diagram:
+        world = make_world(scenario, blocks, servos)
+        return build_fused(world, scenario, compile_laws=compile_laws)
+
+    if engine == "diagram" or not _all_declared(scenario, blocks):
+        return Run(scenario, build_simulation(scenario, blocks))
+    return Run(scenario, fused(DampingServos), lambda: fused(ImplicitServos))
+
+
+def _all_declared(scenario: Scenario, blocks: Mapping[str, Replacement] | None) -> bool:
+    if not blocks:
+        return True
     world = make_world(scenario, blocks)
     parts = world.sensors | world.controller
-    if engine == "fused" and all(isinstance(part, Block) for part in parts.values()):
-        return Run(scenario, build_fused(world, scenario, compile_laws=compile_laws))
-    return Run(scenario, build_simulation(scenario, blocks))
+    return all(isinstance(part, Block) for part in parts.values())
 
 
 def simulate(
