@@ -5,9 +5,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-
-class OutputError(ValueError):
-    """A picture, page or export that cannot be made; the message is one line that says why."""
+from lola_drake.errors import OutputError
 
 
 @contextmanager

@@ -17,6 +17,7 @@ from pathlib import Path
 import h5py
 import numpy as np
 
+from lola_drake.errors import LolaError
 from lola_drake.logged import LOGGED
 from lola_drake.metrics import Limits, metrics
 from lola_drake.robot import Kinematics
@@ -26,7 +27,7 @@ SUMMARY, SIGNALS, SCENARIO = "summary.json", "signals.h5", "scenario.yaml"
 RUN_FILES = frozenset({SUMMARY, SIGNALS, SCENARIO})
 
 
-class ResultError(ValueError):
+class ResultError(LolaError):
     """A run that cannot be saved or loaded; the message is one line that says why."""
 
 

@@ -5,6 +5,7 @@ import threading
 import time
 from collections.abc import Callable
 from contextlib import contextmanager
+from pathlib import Path
 
 import numpy as np
 from pydrake.systems.analysis import Simulator
@@ -25,13 +26,17 @@ from lola_drake.controller import WalkingController
 from lola_drake.logged import LOGGED
 from lola_drake.plant import add_plant, has_fallen, pad_geometries, plant_truth, set_start
 from lola_drake.results import Result
-from lola_drake.scenario import Scenario, Walk
+from lola_drake.scenario import Scenario, Walk, as_scenario
 from lola_drake.signals import PERIOD, on_tick
 from lola_drake.theory.constants import GRAVITY
 
 
-def build_simulation(scenario: Scenario) -> Diagram:
-    """Return the closed loop of a scenario as a Drake Diagram, in its start pose."""
+def build_simulation(scenario: Scenario | str | Path) -> Diagram:
+    """Return the closed loop of a scenario as a Drake Diagram, in its start pose.
+
+    The scenario may also be the name of one that comes with the package, or the path of a file.
+    """
+    scenario = as_scenario(scenario)
     builder = DiagramBuilder()
     plant, scene_graph = add_plant(builder, scenario.ground)
     plant.Finalize()
@@ -146,7 +151,7 @@ Attend = Callable[[Diagram, Context], float | None]
 
 
 def simulate(
-    scenario: Scenario,
+    scenario: Scenario | str | Path,
     progress: Callable[[float], None] | None = None,
     chunk: float = 0.02,
     attend: Attend | None = None,
@@ -154,12 +159,13 @@ def simulate(
     """Run a scenario to its end, a fall, or Ctrl-C, and return everything that was recorded.
 
     Args:
-        scenario: what to run.
+        scenario: what to run: a scenario, its name, or the path of its file.
         progress: called with the simulated time (s) every `chunk` seconds.
         chunk: how often a fall, an interruption and the progress are looked at (s).
         attend: called with the diagram and its context, which it may change; returns by how much
             to go on until the next call (s), 0 to wait, or None to end the run.
     """
+    scenario = as_scenario(scenario)
     diagram = build_simulation(scenario)
     simulator = Simulator(diagram)
     plant = diagram.GetSubsystemByName("plant")

@@ -48,18 +48,25 @@ _CONTROLLED = FORCE_CONTROLLED.tolist()
 class HybridForceControlParams:
     """The contact model, the error dynamics and the limits of the modification."""
 
-    time_constant: float = parameter(0.02, "delta, of the force error (paper)", "s", above=0)
+    time_constant: float = parameter(
+        0.02, "delta, of the force error (paper)", "s", minimum=0.001, maximum=1
+    )
     position_gain: float = parameter(
-        6.0, "K_x, return of the swing foot to the plan", "1/s", minimum=0
+        6.0, "K_x, return of the swing foot to the plan", "1/s", minimum=0, maximum=500
     )
     model_stiffness: float = parameter(
         1.05e5,
         "vertical stiffness of a whole foot in U; softer than the pads, see the README",
         "N/m",
-        above=0,
+        minimum=1e4,
+        maximum=1e7,
     )
     grip_force: float = parameter(
-        50.0, "vertical force from which on a foot's torques are controlled", "N", above=0
+        50.0,
+        "vertical force from which on a foot's torques are controlled",
+        "N",
+        above=0,
+        maximum=300,
     )
     leveling: float = parameter(
         1.0,
@@ -68,10 +75,14 @@ class HybridForceControlParams:
         minimum=0,
         maximum=1,
     )
-    max_height: float = parameter(0.08, "limit of the foot's height modification", "m", above=0)
-    max_height_rate: float = parameter(0.5, "limit of its rate", "m/s", above=0)
-    max_angle: float = parameter(0.25, "limit of the foot's angle modification", "rad", above=0)
-    max_angle_rate: float = parameter(2.0, "limit of its rate", "rad/s", above=0)
+    max_height: float = parameter(
+        0.08, "limit of the foot's height modification", "m", above=0, maximum=0.3
+    )
+    max_height_rate: float = parameter(0.5, "limit of its rate", "m/s", above=0, maximum=5)
+    max_angle: float = parameter(
+        0.25, "limit of the foot's angle modification", "rad", above=0, maximum=0.8
+    )
+    max_angle_rate: float = parameter(2.0, "limit of its rate", "rad/s", above=0, maximum=20)
 
     def __post_init__(self):
         validate(self)

@@ -35,11 +35,15 @@ _DELTA_Z = TASK_MODIFICATION.slice("delta_w").start + 2
 class ImuStabilizerParams:
     """Gains of the inclination and height feedback."""
 
-    stiffness: float = parameter(1600.0, "torque per inclination", "Nm/rad", minimum=0)
-    damping: float = parameter(300.0, "torque per rate of inclination", "Nms/rad", minimum=0)
-    torque_limit: float = parameter(120.0, "greatest torque that is added", "Nm", above=0)
+    stiffness: float = parameter(1600.0, "torque per inclination", "Nm/rad", minimum=0, maximum=2e4)
+    damping: float = parameter(
+        300.0, "torque per rate of inclination", "Nms/rad", minimum=0, maximum=5e3
+    )
+    torque_limit: float = parameter(
+        120.0, "greatest torque that is added", "Nm", above=0, maximum=1e3
+    )
     height_stiffness: float = parameter(
-        1500.0, "vertical force per missing CoM height", "N/m", minimum=0
+        1500.0, "vertical force per missing CoM height", "N/m", minimum=0, maximum=5e4
     )
 
     def __post_init__(self):

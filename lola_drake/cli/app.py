@@ -7,7 +7,7 @@ others answer at once.
 
 import typer
 
-from lola_drake.cli import benchmarks, linear, pictures, simulate, studies
+from lola_drake.cli import benchmarks, keys, linear, pictures, simulate, studies
 
 app = typer.Typer(
     help="Walk the humanoid LOLA in simulation, look into its controller, and analyse it.",
@@ -15,5 +15,5 @@ app = typer.Typer(
     add_completion=False,
     pretty_exceptions_enable=False,
 )
-for theme in (simulate, pictures, studies, benchmarks, linear):
+for theme in (simulate, keys, pictures, studies, benchmarks, linear):
     app.add_typer(theme.app)

@@ -48,8 +48,8 @@ def compare(
     from lola_drake.studies.tables import comparison_table
     from lola_drake.studies.variants import (
         COMPARISON_FILES,
+        compare,
         comparison,
-        run_variants,
         write_comparison,
     )
 
@@ -58,7 +58,7 @@ def compare(
         folder = output or Path("runs") / f"compare_{chosen.name}"
         check_folder(folder, force=force, files=COMPARISON_FILES, what="comparison")
         with Console(stderr=True).status(f"{chosen.name}: {variants}"):
-            results = run_variants(chosen, variants.split(","), jobs)
+            results = compare(chosen, variants.split(","), jobs)
         write_comparison(results, folder, force=force)
     if as_json:
         print(json.dumps(comparison(results), indent=2))

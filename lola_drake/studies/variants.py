@@ -27,7 +27,7 @@ COMPARED = (
 Summary = Mapping[str, object]
 
 
-def run_variants(scenario: Scenario, variants: Sequence[str], jobs: int = 2) -> list[Result]:
+def compare(scenario: Scenario, variants: Sequence[str], jobs: int = 2) -> list[Result]:
     """Return the runs of a scenario in every variant; several run at a time.
 
     Raises:
