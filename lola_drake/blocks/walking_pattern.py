@@ -63,10 +63,10 @@ class WalkingPatternParams:
         0.23, "distance of the feet sideways", "m", minimum=0.22, maximum=0.5
     )
     com_height: float = parameter(
-        0.87, "height of the CoM above the ground", "m", minimum=0.7, maximum=0.95
+        0.87, "height of the CoM above the ground", "m", minimum=0.76, maximum=0.92
     )
     zmp_forward: float = parameter(
-        -0.03, "ZMP under a loaded foot, forward of the TCP", "m", minimum=-0.1, maximum=0.1
+        -0.03, "ZMP under a loaded foot, forward of the TCP", "m", minimum=-0.1, maximum=0.05
     )
     zmp_inward: float = parameter(
         0.05, "ZMP under a loaded foot, inward of the TCP", "m", minimum=-0.05, maximum=0.09

@@ -5,9 +5,9 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
-from rich.console import Console
 
 from lola_drake.cli.common import COUNT, Json, errors_in_one_line, progress_bar
+from lola_drake.cli.terminal import show
 
 app = typer.Typer()
 
@@ -50,10 +50,9 @@ def bench(
     if as_json:
         print(json.dumps(content, indent=2))
         return
-    console = Console()
-    console.print(bench_table(content))
+    show(bench_table(content))
     for table in mujoco_tables(content["mujoco"]) if vs_mujoco else ():
-        console.print(table)
+        show(table)
     if scaling:
-        console.print(scaling_table(content["scaling"]))
+        show(scaling_table(content["scaling"]))
     print(f"written to {output}")

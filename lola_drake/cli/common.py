@@ -26,18 +26,21 @@ Host = Annotated[
 ]
 
 
+def fail(message: str) -> None:
+    """Say on stderr, in one line, what is wrong."""
+    typer.echo(f"lola: {message}", err=True)
+
+
 @contextmanager
 def errors_in_one_line() -> Iterator[None]:
     """Exit with code 2 and one line on stderr where a user's input cannot be used."""
-    from lola_drake.atomic_file import OutputError
+    from lola_drake.errors import LolaError
     from lola_drake.linear.errors import AnalysisError
-    from lola_drake.results import ResultError
-    from lola_drake.scenario import ScenarioError
 
     try:
         yield
-    except (ScenarioError, ResultError, OutputError, AnalysisError) as error:
-        typer.echo(f"lola: {error}", err=True)
+    except (LolaError, AnalysisError) as error:
+        fail(str(error))
         raise typer.Exit(2) from None
 
 

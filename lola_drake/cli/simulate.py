@@ -21,6 +21,7 @@ from lola_drake.cli.common import (
     progress_bar,
 )
 from lola_drake.cli.pictures import live_view, write_views
+from lola_drake.cli.terminal import show
 from lola_drake.paths import list_scenarios
 
 if TYPE_CHECKING:
@@ -73,7 +74,7 @@ def simulate(
     if as_json:
         print(json.dumps(result.summary, indent=2))
     elif not quiet:
-        Console().print(_summary_table(result))
+        show(_summary_table(result))
         print(f"written to {folder}")
     if not result.completed and result.fall_time is None:
         raise typer.Exit(INTERRUPTED)

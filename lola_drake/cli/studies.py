@@ -18,6 +18,7 @@ from lola_drake.cli.common import (
     errors_in_one_line,
     progress_bar,
 )
+from lola_drake.cli.terminal import show
 
 if TYPE_CHECKING:
     from lola_drake.studies.study import Study
@@ -63,7 +64,7 @@ def compare(
     if as_json:
         print(json.dumps(comparison(results), indent=2))
         return
-    Console().print(comparison_table(comparison(results)))
+    show(comparison_table(comparison(results)))
     print(f"written to {folder}")
 
 
@@ -98,7 +99,7 @@ def reproduce(
     if as_json:
         print(json.dumps(content, indent=2))
         return
-    Console().print(reproduction_table(content))
+    show(reproduction_table(content))
     print(f"written to {folder}")
 
 
@@ -129,7 +130,7 @@ def tune(
     if as_json:
         print(json.dumps(content, indent=2))
         return
-    Console().print(tuning_table(content))
+    show(tuning_table(content))
     print(f"written to {folder}")
 
 
