@@ -7,6 +7,10 @@ class LolaError(ValueError):
     """Something that cannot be used or done; the message is one line that says what and why."""
 
 
+class ResultError(LolaError):
+    """A run that cannot be saved or loaded."""
+
+
 class OutputError(LolaError):
     """A picture, page or export that cannot be made."""
 
