@@ -1,9 +1,8 @@
 """The closed loop: plant, sensors, controller and logs, and `simulate()`."""
 
-import signal
-import threading
+import logging
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -18,15 +17,17 @@ from pydrake.systems.primitives import (
 )
 from pydrake.trajectories import PiecewisePolynomial
 
+from lola_drake.atomic_file import reason
 from lola_drake.blocks.contact_switches import ContactSwitches
 from lola_drake.blocks.foot_force_sensor import FootForceSensor
 from lola_drake.blocks.imu import Imu
 from lola_drake.blocks.joint_servos import set_servo_gains
 from lola_drake.controller import WalkingController
+from lola_drake.interruption import interruption
 from lola_drake.logged import LOGGED
 from lola_drake.plant import add_plant, has_fallen, pad_geometries, plant_truth, set_start
 from lola_drake.results import Result
-from lola_drake.scenario import Scenario, Walk, as_scenario
+from lola_drake.scenario import Scenario, ScenarioError, Walk, as_scenario
 from lola_drake.signals import PERIOD, on_tick
 from lola_drake.theory.constants import GRAVITY
 
@@ -41,9 +42,9 @@ def build_simulation(scenario: Scenario | str | Path) -> Diagram:
     plant, scene_graph = add_plant(builder, scenario.ground)
     plant.Finalize()
     set_servo_gains(plant, scenario.control.servos)
-    controller = builder.AddNamedSystem(
-        "controller", WalkingController(scenario, planned_steps(scenario.walk))
-    )
+    with _posture(scenario):
+        controller = WalkingController(scenario, planned_steps(scenario.walk))
+    builder.AddNamedSystem("controller", controller)
     stance = controller.stance
     set_start(plant, scenario.start, scenario.ground, stance.q, stance.p_PT)
 
@@ -158,6 +159,8 @@ def simulate(
 ) -> Result:
     """Run a scenario to its end, a fall, or Ctrl-C, and return everything that was recorded.
 
+    An error of the solver, of a block or of `attend` ends the run, too; `Result.error` says which.
+
     Args:
         scenario: what to run: a scenario, its name, or the path of its file.
         progress: called with the simulated time (s) every `chunk` seconds.
@@ -172,7 +175,7 @@ def simulate(
     context = simulator.get_mutable_context()
     plant_context = plant.GetMyContextFromRoot(context)
     fell, started = False, time.perf_counter()
-    with _interruption() as interrupted:
+    with interruption() as interrupted, _kept() as errors:
         simulator.Initialize()
         while not (fell or interrupted.is_set()):
             now = context.get_time()
@@ -180,31 +183,54 @@ def simulate(
             if step is None or now >= scenario.duration - 0.5 * PERIOD:
                 break
             simulator.AdvanceTo(on_tick(min(now + step, scenario.duration)))
-            fell = has_fallen(plant.GetPositions(plant_context))
+            fell = _fallen(plant, plant_context)
             if progress is not None:
                 progress(context.get_time())
         # The log's sample of the last moment, which AdvanceTo leaves to what comes after it.
         simulator.AdvancePendingEvents()
-    return _result(scenario, diagram, context, fell, time.perf_counter() - started)
+    error = errors[0] if errors else None
+    return _result(scenario, diagram, context, fell, time.perf_counter() - started, error)
+
+
+def _fallen(plant, plant_context) -> bool:
+    """Return whether the robot has fallen; an error if its state is no number any more."""
+    positions = plant.GetPositions(plant_context)
+    if not np.isfinite(positions).all():
+        raise FloatingPointError("the state of the plant is no number any more")
+    return has_fallen(positions)
 
 
 @contextmanager
-def _interruption():
-    """Turn Ctrl-C into an event for the duration of a run; only the main thread can be asked."""
-    event = threading.Event()
-    if threading.current_thread() is not threading.main_thread():
-        yield event
-        return
-    before = signal.signal(signal.SIGINT, lambda *_: event.set())
+def _kept() -> Iterator[list[str]]:
+    """Let an error of the solver, a block or who attends end a run, but not lose its record.
+
+    A failed assertion of Drake's is a SystemExit. The whole of the error is for the log.
+    """
+    errors: list[str] = []
     try:
-        yield event
-    finally:
-        signal.signal(signal.SIGINT, before)
+        yield errors
+    except (Exception, SystemExit) as error:
+        logging.getLogger("lola_drake").debug("a run failed", exc_info=True)
+        errors.append(f"{type(error).__name__}: {reason(error)}")
 
 
-def _result(scenario, diagram, context, fell: bool, wall_time: float) -> Result:
+@contextmanager
+def _posture(scenario: Scenario) -> Iterator[None]:
+    """Say which keys ask for a posture that the robot cannot take."""
+    try:
+        yield
+    except ValueError as error:
+        keys = "pattern.com_height, step_width and zmp_forward"
+        raise ScenarioError(f"{scenario.name}: {reason(error)}; see {keys}") from None
+
+
+def _result(scenario, diagram, context, fell: bool, wall_time: float, error: str | None) -> Result:
     log = diagram.GetSubsystemByName("log").FindLog(context)
     times, data = log.sample_times().copy(), log.data().T
+    if error is not None:
+        # The last samples may be what made it fail.
+        broken = np.flatnonzero(~np.isfinite(data).all(axis=1))
+        times, data = times[: min(broken, default=None)], data[: min(broken, default=None)]
     controller, plant = (diagram.GetSubsystemByName(name) for name in ("controller", "plant"))
     sensors = [
         diagram.GetSubsystemByName(name)
@@ -220,7 +246,8 @@ def _result(scenario, diagram, context, fell: bool, wall_time: float) -> Result:
         scenario=scenario,
         times=times,
         signals=signals,
-        completed=not fell and times[-1] >= scenario.duration - 0.5 * PERIOD,
+        completed=not (fell or error) and times[-1] >= scenario.duration - 0.5 * PERIOD,
         fall_time=float(times[-1]) if fell else None,
         wall_time=wall_time,
+        error=error,
     )
