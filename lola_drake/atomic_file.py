@@ -1,5 +1,6 @@
 """Files and folders that are written wholly or not at all, and whether they can be."""
 
+import json
 import os
 import re
 import shutil
@@ -35,6 +36,12 @@ def whole_file(path: str | Path) -> Iterator[Path]:
     finally:
         with suppress(OSError):
             partial.unlink(missing_ok=True)
+
+
+def write_json(content: object, path: str | Path) -> None:
+    """Write plain data as JSON, wholly or not at all."""
+    with whole_file(path) as file:
+        file.write_text(json.dumps(content, indent=2, allow_nan=False) + "\n", encoding="utf-8")
 
 
 def check_file(path: str | Path, *, force: bool = False) -> Path:

@@ -106,9 +106,6 @@ class WalkingPatternParams:
         if self.double_support > self.step_time - LEAST_SWING:
             allowed = f"<= step_time - {LEAST_SWING:g} s = {self.step_time - LEAST_SWING:.6g} s"
             raise ParameterError("double_support", self.double_support, allowed)
-        if self.blend_time > self.double_support:
-            allowed = f"<= double_support = {self.double_support:g} s"
-            raise ParameterError("blend_time", self.blend_time, allowed)
 
     def timing(self) -> GaitTiming:
         """Return the part that the schedule of the gait needs."""
