@@ -8,15 +8,29 @@ import importlib
 from typing import Any
 
 _HOME = {
-    "build_simulation": "simulation",
+    "AnalysisError": "linear.errors",
+    "Block": "block",
+    "BlockError": "block",
+    "build_simulation": "world",
+    "compare": "studies.variants",
+    "law": "block",
     "linearize": "linear.linearize",
     "load_result": "results",
     "load_scenario": "scenario",
+    "LolaError": "errors",
     "open_loop": "linear.open_loop",
+    "OutputError": "errors",
+    "parameter": "parameters",
+    "ParameterError": "parameters",
+    "Part": "block",
     "Result": "results",
+    "ResultError": "results",
     "save_diagram": "diagram.block_diagram",
     "Scenario": "scenario",
     "ScenarioError": "scenario",
+    "settings": "settings",
+    "start": "simulation",
+    "State": "block",
     "simulate": "simulation",
     "write_report": "reports.run_report",
 }
@@ -27,7 +41,10 @@ __all__ = list(_HOME)
 def __getattr__(name: str) -> Any:
     if name not in _HOME:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    return getattr(importlib.import_module(f"{__name__}.{_HOME[name]}"), name)
+    value = getattr(importlib.import_module(f"{__name__}.{_HOME[name]}"), name)
+    # A module such as `settings` must not take the place of what it holds.
+    globals()[name] = value
+    return value
 
 
 def __dir__() -> list[str]:

@@ -1,13 +1,19 @@
-"""Files that are written wholly or not at all, and the error when they cannot be."""
+"""Files and folders that are written wholly or not at all, and whether they can be."""
 
+import json
+import os
+import re
+import shutil
 import uuid
-from collections.abc import Iterator
-from contextlib import contextmanager
+from collections.abc import Iterator, Set
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
+from lola_drake.errors import OutputError, ResultError, short
 
-class OutputError(ValueError):
-    """A picture, page or export that cannot be made; the message is one line that says why."""
+SUMMARY, SIGNALS, SCENARIO = "summary.json", "signals.h5", "scenario.yaml"
+RUN_FILES = frozenset({SUMMARY, SIGNALS, SCENARIO})
+"""By which a run's folder is known."""
 
 
 @contextmanager
@@ -26,9 +32,128 @@ def whole_file(path: str | Path) -> Iterator[Path]:
         yield partial
         partial.replace(path)
     except OSError as error:
-        raise OutputError(f"{path}: cannot be written, {error.strerror or error}") from None
+        raise OutputError(f"{_named(path)}: cannot be written, {reason(error)}") from None
     finally:
-        try:
+        with suppress(OSError):
             partial.unlink(missing_ok=True)
-        except OSError:
-            pass
+
+
+def write_json(content: object, path: str | Path) -> None:
+    """Write plain data as JSON, wholly or not at all."""
+    with whole_file(path) as file:
+        file.write_text(json.dumps(content, indent=2, allow_nan=False) + "\n", encoding="utf-8")
+
+
+def check_file(path: str | Path, *, force: bool = False) -> Path:
+    """Return a path to which a file can be written, before there is anything to write.
+
+    Args:
+        path: Of the file; must not be there yet, unless `force`.
+        force: Whether it may be replaced.
+
+    Raises:
+        OutputError: If it cannot be written.
+    """
+    path = Path(path)
+    name = _named(path)
+    try:
+        if path.is_dir():
+            raise OutputError(f"{name}: a folder, not the name of a file")
+        if path.exists() and not force:
+            raise OutputError(f"{name}: is there already, choose another name or --force")
+        _try_out(path)
+    except (OSError, ValueError) as error:
+        if isinstance(error, OutputError):
+            raise
+        raise OutputError(f"{name}: cannot be written, {reason(error)}") from None
+    return path
+
+
+@contextmanager
+def whole_folder(
+    folder: str | Path, *, force: bool, files: Set[str] = RUN_FILES, what: str = "run"
+) -> Iterator[Path]:
+    """Give a folder to write into, which takes the place of `folder` when all is written.
+
+    Raises:
+        ResultError: If the folder cannot be used (see `check_folder`) or written; it is then as
+            it was.
+    """
+    folder = check_folder(folder, force=force, files=files, what=what)
+    partial = folder.with_name(f".{folder.name}-{uuid.uuid4().hex}")
+    try:
+        partial.mkdir(parents=True)
+        yield partial
+        _replace(folder, partial)
+    except (OSError, RuntimeError) as error:
+        raise ResultError(f"{_named(folder)}: cannot be written, {reason(error)}") from None
+    finally:
+        shutil.rmtree(partial, ignore_errors=True)
+
+
+def check_folder(
+    folder: str | Path, *, force: bool = False, files: Set[str] = RUN_FILES, what: str = "run"
+) -> Path:
+    """Return the folder's full path if it can be written; ResultError if not.
+
+    Args:
+        folder: Must not hold anything, unless `force`.
+        force: Whether it may be replaced if it holds what is going to be written.
+        files: By which files that is known.
+        what: How it is called in errors.
+    """
+    name = _named(folder)
+    try:
+        folder = Path(folder).resolve()
+        name = _named(folder)
+        here = Path.cwd()
+        if folder == here or folder in here.parents or os.path.ismount(folder):
+            # Replacing it would pull the ground from under the user's shell.
+            raise ResultError(f"{name}: is in use as a whole, choose a folder in it")
+        content = set(os.listdir(folder)) if folder.exists() else set()
+        if content and not files <= content:
+            raise ResultError(
+                f"{name}: holds something that is not a {what}, choose another folder"
+            )
+        if content and not force:
+            raise ResultError(f"{name}: holds a {what} already, choose another folder or --force")
+        _try_out(folder)
+    except (OSError, ValueError) as error:
+        if isinstance(error, ResultError):
+            raise
+        raise ResultError(f"{name}: cannot be written, {reason(error)}") from None
+    return folder
+
+
+def _try_out(path: Path) -> None:
+    """Make a folder beside a path, and take it away again with all that was made for it."""
+    parent = path.absolute().parent
+    made = [folder for folder in (parent, *parent.parents) if not folder.exists()]
+    trial = parent / f".{path.name}-{uuid.uuid4().hex}-old"
+    try:
+        trial.mkdir(parents=True)
+    finally:
+        for folder in (trial, *made):
+            with suppress(OSError):
+                folder.rmdir()
+
+
+def _replace(folder: Path, partial: Path) -> None:
+    retired = partial.with_name(partial.name + "-old")
+    if folder.exists():
+        folder.rename(retired)
+    partial.rename(folder)
+    shutil.rmtree(retired, ignore_errors=True)
+
+
+def _named(path: str | Path) -> str:
+    return short(str(path), 120)
+
+
+def reason(error: Exception) -> str:
+    """Return what went wrong in a few words; HDF5 hides it in the middle of a long text."""
+    in_hdf5 = re.search(r"error message = '([^']*)'", str(error))
+    if in_hdf5:
+        return in_hdf5[1]
+    text = getattr(error, "strerror", None) or str(error) or type(error).__name__
+    return short(" ".join(text.split()), 120)

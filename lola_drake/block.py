@@ -26,11 +26,12 @@ from typing import ClassVar, NamedTuple
 
 import numpy as np
 
+from lola_drake.errors import LolaError
 from lola_drake.signals import FEET, SIGNALS, Signal, of_foot, split_foot
 from lola_drake.theory.noise import Noise
 
 
-class BlockError(TypeError):
+class BlockError(LolaError):
     """A block whose declaration does not fit; the message is one line that says where."""
 
 

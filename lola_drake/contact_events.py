@@ -47,7 +47,7 @@ def landings(result: Result) -> list[Landing]:
         pads = result.signals["contact"][:, CONTACT.slice(f"pads_{foot}")]
         closing = times[1:][np.diff(pads.any(axis=1).astype(int)) > 0]
         lift_offs = times[1:][np.diff(support[:, i]) < 0]
-        for lift_off, following in zip(lift_offs, [*lift_offs[1:], np.inf], strict=True):
+        for lift_off, following in zip(lift_offs, np.append(lift_offs, np.inf)[1:], strict=True):
             candidates = closing[(closing > lift_off + 0.5 * swing) & (closing < following)]
             if len(candidates):
                 found.append(Landing(foot, float(lift_off + swing), float(candidates[0])))

@@ -34,6 +34,15 @@ SMOOTHING = 41
 SLIDING = 0.98
 """Part of the friction coefficient from which on the friction counts as used up."""
 
+UNSETTLED = {
+    "max_inclination_deg": {"x": None, "y": None},
+    "rms_torque_error_Nm": {"x": None, "y": None},
+    "max_foot_force_N": None,
+    "settling_time_s": None,
+    "max_com_vertical_acceleration_m_per_s2": None,
+}
+"""What cannot be said of a run that ends before it has settled."""
+
 Signals = Mapping[str, np.ndarray]
 
 
@@ -64,7 +73,7 @@ def metrics(times: np.ndarray, signals: Signals, limits: Limits) -> dict[str, ob
     counted = walking if walking.any() else settled
     com_height = signals["com_position"][:, COM_POSITION.slice("p").start + 2]
     lifting = vertical_acceleration(times, com_height)
-    return {
+    found = {
         "distance_m": distance(torso, gait),
         "mean_speed_m_per_s": mean_speed(times, torso, gait),
         "max_inclination_deg": max_inclination(torso[settled]),
@@ -78,6 +87,7 @@ def metrics(times: np.ndarray, signals: Signals, limits: Limits) -> dict[str, ob
             {name: values[settled] for name, values in signals.items()}, limits
         ),
     }
+    return found if settled.any() else found | UNSETTLED
 
 
 def inclination_deg(torso_pose: np.ndarray) -> np.ndarray:

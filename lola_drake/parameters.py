@@ -7,16 +7,24 @@ A block's parameters are one frozen dataclass whose fields are made by `paramete
 import dataclasses
 import math
 import numbers
-import reprlib
 import typing
+from functools import cache
+
+from lola_drake.errors import LolaError, shown
+
+TEXT = 60
+"""Greatest length of a text, unless it says otherwise."""
 
 
-class ParameterError(ValueError):
+class ParameterError(LolaError):
     """A parameter that cannot be used: names the key, the value and what is allowed."""
 
     def __init__(self, key: str, value: object, allowed: str):
-        super().__init__(f"{key}: {reprlib.repr(value)} is not allowed, it must be {allowed}")
+        super().__init__(f"{key}: {shown(value)} is not allowed, it must be {allowed}")
         self.key, self.value, self.allowed = key, value, allowed
+
+    def __reduce__(self):
+        return type(self), (self.key, self.value, self.allowed)
 
     def under(self, parent: str) -> "ParameterError":
         """Return the same error, seen from one level further up."""
@@ -34,13 +42,21 @@ def parameter(
     choices: tuple[str, ...] | None = None,
     symbol: str = "",
     slider: tuple[float, float, float] | None = None,
+    longest: int = TEXT,
 ) -> typing.Any:
     """Declare one field: its default, its meaning, its unit and the range it may have.
 
     A list or tuple default declares an array of that length; the range then holds for
-    each entry. A parameter with a slider (least value, greatest value, step) is a gain: it may be
-    turned while its block runs. Its symbol is that of the paper.
+    each entry. A number needs a bound on both sides: the one that physics gives it. A text has a
+    greatest length, and no characters that a terminal could obey. A parameter with a slider (least
+    value, greatest value, step) is a gain: it may be turned while its block runs. Its symbol is
+    that of the paper.
     """
+    if isinstance(default, list):
+        default = tuple(default)
+    is_number = not isinstance(default, (bool, str))
+    if is_number and (maximum is None or (minimum is None) == (above is None)):
+        raise TypeError(f"parameter {doc!r}: a number needs maximum= and one of minimum=, above=")
     metadata = {
         "doc": doc,
         "unit": unit,
@@ -50,26 +66,58 @@ def parameter(
         "choices": choices,
         "symbol": symbol,
         "slider": slider,
+        "longest": longest,
     }
-    if isinstance(default, list):
-        default = tuple(default)
     return dataclasses.field(default=default, metadata=metadata)
 
 
+def listing(doc: str, longest: int) -> typing.Any:
+    """Declare a field `tuple[SomeParameters, ...]`, empty unless given: meaning, most entries."""
+    return dataclasses.field(default=(), metadata={"doc": doc, "unit": "", "longest": longest})
+
+
 def validate(parameters: object) -> None:
-    """Check every field made by `parameter`; raise ParameterError for the first bad one."""
+    """Check every field; raise ParameterError for the first bad one.
+
+    Fields made by `parameter` take the type of their default, those made by `listing` become
+    tuples, and a field with parameters of its own must hold such.
+    """
     for field in dataclasses.fields(parameters):
-        if "unit" not in field.metadata:
-            continue
         value = getattr(parameters, field.name)
-        if isinstance(field.default, tuple):
-            checked = _checked_tuple(field, value)
+        if "choices" in field.metadata:
+            checked = _checked(field, value)
+        elif "longest" in field.metadata:
+            checked = _checked_list(field, value, element_type(type(parameters), field.name))
         else:
-            checked = _checked_scalar(field, field.name, value, type(field.default))
+            checked = _checked_section(field, value)
         object.__setattr__(parameters, field.name, checked)
 
 
-def _checked_tuple(field: dataclasses.Field, value: object) -> tuple:
+@cache
+def element_type(owner: type, name: str) -> type:
+    """Return what the entries of a field made by `listing` are."""
+    return typing.get_args(typing.get_type_hints(owner)[name])[0]
+
+
+def _checked_section(field: dataclasses.Field, value: object) -> object:
+    kind = field.default_factory
+    if isinstance(kind, type) and not isinstance(value, kind):
+        raise ParameterError(field.name, value, f"of the class {kind.__name__}")
+    return value
+
+
+def _checked_list(field: dataclasses.Field, value: object, kind: type) -> tuple:
+    longest = field.metadata["longest"]
+    fits = isinstance(value, (list, tuple)) and len(value) <= longest
+    if not fits or not all(isinstance(entry, kind) for entry in value):
+        allowed = f"a list of at most {longest} entries of the class {kind.__name__}"
+        raise ParameterError(field.name, value, allowed)
+    return tuple(value)
+
+
+def _checked(field: dataclasses.Field, value: object) -> object:
+    if not isinstance(field.default, tuple):
+        return _checked_scalar(field, field.name, value, type(field.default))
     length = len(field.default)
     if not isinstance(value, (list, tuple)) or len(value) != length:
         raise ParameterError(field.name, value, f"a list of {length} numbers{_range(field)}")
@@ -81,27 +129,21 @@ def _checked_tuple(field: dataclasses.Field, value: object) -> tuple:
 def _checked_scalar(field: dataclasses.Field, key: str, value: object, kind: type) -> object:
     if kind is bool:
         if not isinstance(value, bool):
-            raise ParameterError(key, value, "true or false")
+            raise ParameterError(key, value, allowed(field))
         return value
     if kind is str:
-        choices = field.metadata["choices"]
-        if not isinstance(value, str) or (choices and value not in choices):
-            raise ParameterError(key, value, f"one of {', '.join(choices)}" if choices else "text")
+        choices, longest = (field.metadata[k] for k in ("choices", "longest"))
+        fits = isinstance(value, str) and len(value) <= longest and value.isprintable()
+        if not fits or (choices and value not in choices) or value != value.strip():
+            raise ParameterError(key, value, allowed(field))
         return value
-    wanted = "a whole number" if kind is int else "a number"
-    if isinstance(value, bool) or not isinstance(value, numbers.Real):
-        raise ParameterError(key, value, wanted + _range(field))
-    if not _is_finite(value) or (kind is int and value != int(value)):
-        raise ParameterError(key, value, wanted + _range(field))
-    low, above, high = (field.metadata[k] for k in ("minimum", "above", "maximum"))
-    outside = (
-        (low is not None and value < low)
-        or (above is not None and value <= above)
-        or (high is not None and value > high)
-    )
-    if outside:
-        raise ParameterError(key, value, wanted + _range(field))
-    return kind(value)
+    if not isinstance(value, bool) and isinstance(value, numbers.Real) and _is_finite(value):
+        low, above, high = (field.metadata[k] for k in ("minimum", "above", "maximum"))
+        inside = (value >= low if above is None else value > above) and value <= high
+        if inside and (kind is float or value == int(value)):
+            return kind(value)
+    whole = "a whole number" if kind is int else "a number"
+    raise ParameterError(key, value, whole + _range(field))
 
 
 def _is_finite(value: numbers.Real) -> bool:
@@ -111,11 +153,26 @@ def _is_finite(value: numbers.Real) -> bool:
         return False
 
 
+def allowed(field: dataclasses.Field) -> str:
+    """Return what a field may be, in words."""
+    default, metadata = field.default, field.metadata
+    if "choices" not in metadata:
+        return f"a list of at most {metadata['longest']} entries"
+    if isinstance(default, tuple):
+        return f"a list of {len(default)} numbers{_range(field)}"
+    if isinstance(default, bool):
+        return "true or false"
+    if isinstance(default, str):
+        text = f"plain text of at most {metadata['longest']} characters"
+        return f"one of {', '.join(metadata['choices'])}" if metadata["choices"] else text
+    return ("a whole number" if isinstance(default, int) else "a number") + _range(field)
+
+
 def _range(field: dataclasses.Field) -> str:
     parts = [
         f"{sign} {field.metadata[key]:g}"
         for key, sign in (("minimum", ">="), ("above", ">"), ("maximum", "<="))
         if field.metadata[key] is not None
     ]
-    unit = f" {field.metadata['unit']}" if field.metadata["unit"] else ""
-    return (" " + " and ".join(parts) if parts else "") + unit
+    unit = f" {field.metadata['unit']}" if field.metadata["unit"] not in ("", "-") else ""
+    return " " + " and ".join(parts) + unit

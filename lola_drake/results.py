@@ -3,13 +3,7 @@
 import importlib.metadata
 import json
 import math
-import os
 import platform
-import re
-import shutil
-import uuid
-from collections.abc import Iterator, Set
-from contextlib import contextmanager
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
@@ -17,17 +11,16 @@ from pathlib import Path
 import h5py
 import numpy as np
 
+from lola_drake.atomic_file import SCENARIO, SIGNALS, SUMMARY, reason, whole_folder
+from lola_drake.atomic_file import check_folder as check_folder
+from lola_drake.errors import ResultError, short, shown
 from lola_drake.logged import LOGGED
 from lola_drake.metrics import Limits, metrics
 from lola_drake.robot import Kinematics
 from lola_drake.scenario import Scenario, dump_scenario, load_scenario
 
-SUMMARY, SIGNALS, SCENARIO = "summary.json", "signals.h5", "scenario.yaml"
-RUN_FILES = frozenset({SUMMARY, SIGNALS, SCENARIO})
-
-
-class ResultError(ValueError):
-    """A run that cannot be saved or loaded; the message is one line that says why."""
+MOST_NUMBERS = 500_000_000
+"""More than this a signal of the longest run does not have."""
 
 
 def software_versions() -> dict[str, str]:
@@ -41,7 +34,7 @@ def software_versions() -> dict[str, str]:
     return versions
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Result:
     """One run.
 
@@ -54,6 +47,7 @@ class Result:
         fall_time: When the robot fell (s), None if it did not.
         wall_time: How long the simulation took (s).
         versions: Of the software.
+        error: What ended the run in one line, where it was neither a fall nor its user.
     """
 
     scenario: Scenario
@@ -63,6 +57,21 @@ class Result:
     fall_time: float | None
     wall_time: float
     versions: dict[str, str] = field(default_factory=software_versions)
+    error: str | None = None
+
+    def __repr__(self):
+        scenario = self.scenario
+        return f"<Result of {scenario.name} ({scenario.variant}): {self.end}>"
+
+    @property
+    def end(self) -> str:
+        """Return how the run ended, in a few words."""
+        at = f"at {self.duration:.3f} s"
+        if self.fall_time is not None:
+            return f"fell at {self.fall_time:.3f} s"
+        if self.error is not None:
+            return f"failed {at}: {self.error}"
+        return f"completed {at}" if self.completed else f"interrupted {at}"
 
     def __post_init__(self):
         for name, values in self.signals.items():
@@ -95,9 +104,10 @@ class Result:
             "completed": bool(self.completed),
             "fell": self.fall_time is not None,
             "fall_time_s": self.fall_time,
+            "error": self.error,
             **self.metrics,
             "wall_time_s": self.wall_time,
-            "real_time_factor": self.duration / self.wall_time,
+            "real_time_factor": self.duration / self.wall_time if self.wall_time else None,
             "versions": self.versions,
         }
 
@@ -116,28 +126,6 @@ class Result:
         return Path(folder).resolve()
 
 
-@contextmanager
-def whole_folder(
-    folder: str | Path, *, force: bool, files: Set[str] = RUN_FILES, what: str = "run"
-) -> Iterator[Path]:
-    """Give a folder to write into, which takes the place of `folder` when all is written.
-
-    Raises:
-        ResultError: If the folder cannot be used (see `check_folder`) or written; it is then as
-            it was.
-    """
-    folder = check_folder(folder, force=force, files=files, what=what)
-    partial = folder.with_name(f".{folder.name}-{uuid.uuid4().hex}")
-    try:
-        partial.mkdir(parents=True)
-        yield partial
-        _replace(folder, partial)
-    except (OSError, RuntimeError) as error:
-        raise ResultError(f"{folder}: cannot be written, {_reason(error)}") from None
-    finally:
-        shutil.rmtree(partial, ignore_errors=True)
-
-
 def run_limits(scenario: Scenario) -> Limits:
     """Return the limits of LOLA's joints and of the scenario's ground."""
     robot = Kinematics()
@@ -146,58 +134,78 @@ def run_limits(scenario: Scenario) -> Limits:
     return Limits(lower, upper, robot.velocity_limits, robot.effort_limits, friction)
 
 
-def check_folder(
-    folder: str | Path, *, force: bool = False, files: Set[str] = RUN_FILES, what: str = "run"
-) -> Path:
-    """Return the folder's full path if it can be written; ResultError if not.
-
-    Args:
-        folder: Must not hold anything, unless `force`.
-        force: Whether it may be replaced if it holds what is going to be written.
-        files: By which files that is known.
-        what: How it is called in errors.
-    """
-    folder = Path(folder).resolve()
-    try:
-        content = os.listdir(folder)
-    except FileNotFoundError:
-        content = []
-    except OSError as error:
-        raise ResultError(f"{folder}: {error.strerror}") from None
-    if content and not files <= set(content):
-        raise ResultError(f"{folder}: holds something that is not a {what}, choose another folder")
-    if content and not force:
-        raise ResultError(f"{folder}: holds a {what} already, choose another folder or force it")
-    existing = next(parent for parent in folder.parents if parent.exists())
-    if not os.access(existing, os.W_OK | os.X_OK):
-        raise ResultError(f"{folder}: cannot be written, no permission in {existing}")
-    return folder
-
-
 def load_result(folder: str | Path) -> Result:
-    """Return the run that `Result.save` wrote into a folder.
+    """Return the run that `Result.save` wrote into a folder; what else lies there is left alone.
 
     Raises:
         ResultError: If there is no run in the folder, or it cannot be read.
     """
     folder = Path(folder)
+    name = short(str(folder), 120)
     try:
-        summary = json.loads((folder / SUMMARY).read_text(encoding="utf-8"))
-        with h5py.File(folder / SIGNALS) as file:
-            signals = {name: dataset[:] for name, dataset in file.items()}
+        summary = _read_summary(folder / SUMMARY)
+        times, signals = _read_signals(folder / SIGNALS)
         return Result(
-            scenario=load_scenario(folder / SCENARIO),
-            times=signals.pop("time"),
-            signals=signals,
-            completed=summary["completed"],
-            fall_time=summary["fall_time_s"],
-            wall_time=summary["wall_time_s"],
-            versions=summary["versions"],
+            scenario=load_scenario(folder / SCENARIO), times=times, signals=signals, **summary
         )
     except FileNotFoundError:
-        raise ResultError(f"{folder}: holds no run") from None
-    except (OSError, KeyError, ValueError) as error:
-        raise ResultError(f"{folder}: cannot be read, {_reason(error)}") from None
+        raise ResultError(f"{name}: holds no run") from None
+    except (OSError, LookupError, ValueError, RuntimeError, MemoryError, TypeError) as error:
+        raise ResultError(f"{name}: cannot be read, {reason(error)}") from None
+
+
+def _read_summary(path: Path) -> dict[str, object]:
+    """Return what a run needs of its summary; the rest follows from the signals."""
+    content = json.loads(path.read_text(encoding="utf-8"))
+    if not isinstance(content, dict):
+        raise ValueError(f"{path.name} is no summary")
+    versions = content.get("versions", {})
+    kept = {
+        "completed": content.get("completed"),
+        "fall_time": content.get("fall_time_s"),
+        "wall_time": content.get("wall_time_s"),
+        "error": content.get("error"),
+    }
+    right = {
+        "completed": isinstance(kept["completed"], bool),
+        "fall_time": kept["fall_time"] is None or _is_time(kept["fall_time"]),
+        "wall_time": _is_time(kept["wall_time"]),
+        "error": kept["error"] is None or isinstance(kept["error"], str),
+        "versions": isinstance(versions, dict),
+    }
+    for name, fits in right.items():
+        if not fits:
+            value = versions if name == "versions" else kept[name]
+            raise ValueError(f"{path.name}: {name} is {shown(value)}")
+    return kept | {"versions": {str(name): str(text) for name, text in versions.items()}}
+
+
+def _is_time(value: object) -> bool:
+    number = isinstance(value, (int, float)) and not isinstance(value, bool)
+    return number and 0 <= value <= 1e9
+
+
+def _read_signals(path: Path) -> tuple[np.ndarray, dict[str, np.ndarray]]:
+    """Return times and signals of a record; what a user has added is passed over."""
+    with h5py.File(path) as file:
+        times = _read_array(file, "time", 1)
+        if not np.isfinite(times).all() or (np.diff(times) <= 0).any():
+            raise ValueError(f"{path.name}: the times do not grow")
+        signals = {name: _read_array(file, name, 2) for name in LOGGED}
+    for name, values in signals.items():
+        if values.shape != (len(times), LOGGED[name].size):
+            raise ValueError(f"{path.name}: {name} has the shape {values.shape}")
+    return times, signals
+
+
+def _read_array(file: h5py.File, name: str, dimensions: int) -> np.ndarray:
+    found = file.get(name)
+    if not isinstance(found, h5py.Dataset):
+        raise ValueError(f"{SIGNALS} lacks {name}")
+    numeric = found.dtype.kind in "fiu" and found.shape is not None
+    if not numeric or len(found.shape) != dimensions or found.size > MOST_NUMBERS:
+        raise ValueError(f"{SIGNALS}: {name} holds no numbers of a run")
+    return np.asarray(found[()], dtype=float)
 
 
 def _write(result: Result, folder: Path) -> None:
@@ -221,24 +229,8 @@ def _write(result: Result, folder: Path) -> None:
             attributes["frames"] = signal.entry_frames()
 
 
-def _replace(folder: Path, partial: Path) -> None:
-    retired = partial.with_name(partial.name + "-old")
-    if folder.exists():
-        folder.rename(retired)
-    partial.rename(folder)
-    shutil.rmtree(retired, ignore_errors=True)
-
-
 def _finite(value: object) -> object:
     """Return the value with None for every number that JSON cannot hold."""
     if isinstance(value, dict):
         return {key: _finite(entry) for key, entry in value.items()}
     return None if isinstance(value, float) and not math.isfinite(value) else value
-
-
-def _reason(error: Exception) -> str:
-    """Return what went wrong in a few words; HDF5 hides it in the middle of a long text."""
-    in_hdf5 = re.search(r"error message = '([^']*)'", str(error))
-    if in_hdf5:
-        return in_hdf5[1]
-    return getattr(error, "strerror", None) or " ".join(str(error).split())

@@ -20,6 +20,7 @@ from lola_drake.results import Result
 from lola_drake.scenario import Scenario
 from lola_drake.servos import OVERLOADED
 from lola_drake.signals import PERIOD, PLANT_STATE, on_tick, split_foot
+from lola_drake.world import log_ports
 
 
 class Gain(NamedTuple):
@@ -87,8 +88,15 @@ class Run:
 
     @property
     def fallen(self) -> bool:
-        """Return whether the robot has fallen."""
-        return has_fallen(self.plant.GetPositions(self.plant.GetMyContextFromRoot(self.context)))
+        """Return whether the robot has fallen.
+
+        Raises:
+            FloatingPointError: if the plant's state is no number any more.
+        """
+        positions = self.plant.GetPositions(self.plant.GetMyContextFromRoot(self.context))
+        if not np.isfinite(positions).all():
+            raise FloatingPointError("the state of the plant is no number any more")
+        return has_fallen(positions)
 
     def advance(self, until: float) -> None:
         """Simulate until the tick nearest to a time (s)."""
@@ -229,21 +237,34 @@ class Run:
             if split_foot(name)[0] == gain.block and gain.name in block.gains
         )
 
-    def result(self, wall_time: float) -> Result:
-        """Return what was recorded until now, with the time it took (s)."""
-        # The log's sample of this moment, which AdvanceTo leaves to what comes after it.
+    def finish(self) -> None:
+        """Record this moment, too, which `advance` leaves to what comes after it."""
         self.simulator.AdvancePendingEvents()
+
+    def result(self, wall_time: float, error: str | None = None) -> Result:
+        """Return what was recorded until now.
+
+        Args:
+            wall_time: that it took (s).
+            error: what ended the run, if anything did.
+        """
         times, data = self._recorded()
+        if error is not None:
+            # The last samples may be what made it fail.
+            broken = np.flatnonzero(~np.isfinite(data).all(axis=1))
+            times, data = times[: min(broken, default=None)], data[: min(broken, default=None)]
         signals = {name: data[:, at].copy() for name, at in self._columns().items()}
-        signals |= plant_truth(self.plant, signals.pop("plant_state"))
-        fell = self.fallen
+        signals |= plant_truth(self.plant, signals.pop(PLANT_STATE.name))
+        fell = error is None and self.fallen
+        at_end = len(times) > 0 and times[-1] >= self.scenario.duration - 0.5 * PERIOD
         return Result(
             scenario=self.scenario,
             times=times,
             signals=signals,
-            completed=not fell and times[-1] >= self.scenario.duration - 0.5 * PERIOD,
+            completed=not (fell or error) and at_end,
             fall_time=float(times[-1]) if fell else None,
             wall_time=wall_time,
+            error=error,
         )
 
     def _recorded(self) -> tuple[np.ndarray, np.ndarray]:
@@ -262,8 +283,6 @@ class Run:
                 for name, at in layout.signals.items()
                 if name in LOGGED or name == PLANT_STATE.name
             }
-        from lola_drake.simulation import log_ports
-
         named = ("imu", "foot_force_sensor", "contact_switches")
         parts = [
             self.diagram.GetSubsystemByName(n) for n in ("controller", "plant", "walk_command")

@@ -5,7 +5,7 @@ only what it changes. Every number carries its unit and range (`lola_drake.param
 """
 
 import dataclasses
-import math
+import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -21,13 +21,20 @@ from lola_drake.blocks.imu_stabilizer import ImuStabilizerParams
 from lola_drake.blocks.inverse_kinematics import InverseKinematicsParams
 from lola_drake.blocks.joint_servos import JointServosParams
 from lola_drake.blocks.walking_pattern import WalkingPatternParams
-from lola_drake.parameters import ParameterError, parameter, validate
+from lola_drake.errors import LolaError, short, shown
+from lola_drake.feasibility import check_command, check_start, check_steps
+from lola_drake.ground import Ground
+from lola_drake.ground import Obstacle as Obstacle  # part of the schema
+from lola_drake.parameters import ParameterError, listing, parameter, validate
 from lola_drake.paths import scenario_paths
 
 VARIANTS = ("ref", "dyn", "original")
 
+DESCRIPTION = 240
+"""Greatest length of a description."""
 
-class ScenarioError(ValueError):
+
+class ScenarioError(LolaError):
     """A scenario that cannot be used; the message is one line that says where and why."""
 
 
@@ -35,9 +42,9 @@ class ScenarioError(ValueError):
 class StartPose:
     """Where the robot stands at t = 0, in W."""
 
-    x: float = parameter(0.0, "midpoint between the feet, x", "m")
-    y: float = parameter(0.0, "midpoint between the feet, y", "m")
-    heading_deg: float = parameter(0.0, "direction it faces", "deg")
+    x: float = parameter(0.0, "midpoint between the feet, x", "m", minimum=-1e3, maximum=1e3)
+    y: float = parameter(0.0, "midpoint between the feet, y", "m", minimum=-1e3, maximum=1e3)
+    heading_deg: float = parameter(0.0, "direction it faces", "deg", minimum=-360, maximum=360)
 
     def __post_init__(self):
         validate(self)
@@ -47,8 +54,8 @@ class StartPose:
 class StepGroup:
     """A number of equal steps; each moves the robot's frame once by length, sideways and turn."""
 
-    count: int = parameter(1, "how many such steps", "", minimum=1)
-    length: float = parameter(0.0, "forward per step", "m", minimum=-0.8, maximum=0.8)
+    count: int = parameter(1, "how many such steps", "", minimum=1, maximum=10000)
+    length: float = parameter(0.0, "forward per step", "m", minimum=-0.55, maximum=0.55)
     sideways: float = parameter(0.0, "to the left per step", "m", minimum=-0.3, maximum=0.3)
     turn_deg: float = parameter(0.0, "to the left per step", "deg", minimum=-45, maximum=45)
 
@@ -60,10 +67,10 @@ class StepGroup:
 class TimedCommand:
     """What the user asks for from one time on, until the next command."""
 
-    time: float = parameter(0.0, "from when on, simulated time", "s", minimum=0.0)
-    v_x: float = parameter(0.0, "forward", "m/s")
-    v_y: float = parameter(0.0, "to the left", "m/s")
-    turn_rate: float = parameter(0.0, "to the left", "rad/s")
+    time: float = parameter(0.0, "from when on, simulated time", "s", minimum=0.0, maximum=3600)
+    v_x: float = parameter(0.0, "forward", "m/s", minimum=-1.4, maximum=1.4)
+    v_y: float = parameter(0.0, "to the left", "m/s", minimum=-0.75, maximum=0.75)
+    turn_rate: float = parameter(0.0, "to the left", "rad/s", minimum=-2, maximum=2)
 
     def __post_init__(self):
         validate(self)
@@ -79,9 +86,11 @@ class Walk:
         command: Commands in the order of their times; before the first one the robot stands.
     """
 
-    start_time: float = parameter(1.0, "when the planned steps begin", "s", minimum=0.0)
-    steps: tuple[StepGroup, ...] = ()
-    command: tuple[TimedCommand, ...] = ()
+    start_time: float = parameter(
+        1.0, "when the planned steps begin", "s", minimum=0.0, maximum=3600
+    )
+    steps: tuple[StepGroup, ...] = listing("groups of steps, one after the other", 100)
+    command: tuple[TimedCommand, ...] = listing("commands in the order of their times", 1000)
 
     def __post_init__(self):
         validate(self)
@@ -116,66 +125,8 @@ class Control:
     inverse_kinematics: InverseKinematicsParams = field(default_factory=InverseKinematicsParams)
     servos: JointServosParams = field(default_factory=JointServosParams)
 
-
-@dataclass(frozen=True)
-class Obstacle:
-    """A board or platform that lies on the floor."""
-
-    name: str = parameter("board", "what it is called in the model and in plots")
-    position: tuple[float, float] = parameter((0.0, 0.0), "x and y of its centre in W", "m")
-    heading_deg: float = parameter(0.0, "direction of its length", "deg")
-    size: tuple[float, float] = parameter((0.4, 1.0), "length and width", "m", above=0.0)
-    height: float = parameter(0.04, "height of its top over the floor", "m", above=0.0)
-    free_shift: tuple[float, float] = parameter(
-        (0.0, 0.0), "how far it may be moved along its length without another experiment", "m"
-    )
-
     def __post_init__(self):
         validate(self)
-        if self.free_shift[0] > self.free_shift[1]:
-            raise ParameterError("free_shift", self.free_shift, "from the least to the greatest")
-
-    def shifted(self, distance: float) -> "Obstacle":
-        """Return it moved along its length (m)."""
-        heading = math.radians(self.heading_deg)
-        x, y = self.position
-        moved = (x + distance * math.cos(heading), y + distance * math.sin(heading))
-        return dataclasses.replace(self, position=moved)
-
-    def covers(self, x: float, y: float) -> bool:
-        """Return whether a point of W lies over it."""
-        heading = math.radians(self.heading_deg)
-        c, s = math.cos(heading), math.sin(heading)
-        d_x, d_y = x - self.position[0], y - self.position[1]
-        along, across = c * d_x + s * d_y, c * d_y - s * d_x
-        return abs(along) <= self.size[0] / 2 and abs(across) <= self.size[1] / 2
-
-
-@dataclass(frozen=True)
-class Ground:
-    """The floor at z = 0 and what lies on it, all of one material."""
-
-    stiffness: float = parameter(3e5, "vertical, of one whole foot on it", "N/m", above=0.0)
-    dissipation: float = parameter(2.5, "Hunt-Crossley dissipation", "s/m", minimum=0.0)
-    friction: float = parameter(0.8, "Coulomb friction coefficient", "", minimum=0.0)
-    friction_speed: float = parameter(
-        1e-3,
-        "at which friction is full; below it the pads creep (own choice, for speed: a tenth of it "
-        "makes a step of the plant half again as costly)",
-        "m/s",
-        above=0.0,
-    )
-    obstacles: tuple[Obstacle, ...] = ()
-
-    def __post_init__(self):
-        validate(self)
-        names = [obstacle.name for obstacle in self.obstacles]
-        if len(set(names)) < len(names):
-            raise ParameterError("obstacles", names, "a list in which every name differs")
-
-    def height_at(self, x: float, y: float) -> float:
-        """Return the height of the ground at a point of W (m)."""
-        return max((o.height for o in self.obstacles if o.covers(x, y)), default=0.0)
 
 
 @dataclass(frozen=True)
@@ -187,10 +138,12 @@ class Scenario:
             `original` is the predecessor [23] of both, see `configuration_force_control`.
     """
 
-    name: str = parameter("unnamed", "the name of its file, unless the file says otherwise")
-    description: str = parameter("", "one line for the list of scenarios")
-    duration: float = parameter(10.0, "simulated time", "s", above=0.0)
-    seed: int = parameter(0, "of all random numbers", "", minimum=0)
+    name: str = parameter(
+        "unnamed", "the name of its file, unless the file says otherwise", longest=50
+    )
+    description: str = parameter("", "one line for the list of scenarios", longest=DESCRIPTION)
+    duration: float = parameter(10.0, "simulated time", "s", minimum=0.001, maximum=3600)
+    seed: int = parameter(0, "of all random numbers", "", minimum=0, maximum=1_000_000_000)
     variant: str = parameter("dyn", "of the controller", choices=VARIANTS)
     start: StartPose = field(default_factory=StartPose)
     walk: Walk = field(default_factory=Walk)
@@ -201,8 +154,12 @@ class Scenario:
 
     def __post_init__(self):
         validate(self)
-        if self.name in ("", ".", "..") or set(self.name) & set("/\\\0"):
+        if self.name[:1] in ("", ".", "-") or set(self.name) & set("/\\"):
             raise ParameterError("name", self.name, "usable as the name of a folder")
+        width = self.pattern.step_width
+        check_start(self.start, width, self.ground)
+        check_steps(self.walk.steps, width)
+        check_command(self.walk.command, self.pattern.step_time, width)
 
     def active_control(self) -> Control:
         """Return what the controller runs with in this variant: `ref` is the gain 0."""
@@ -212,7 +169,15 @@ class Scenario:
         return dataclasses.replace(self.control, com_dynamics=com_dynamics)
 
 
-Overrides = Mapping[str, object] | Iterable[str]
+Overrides = Mapping[str, object] | Iterable[str] | str
+
+LARGEST = 1_000_000
+"""Greatest size of a scenario's file (bytes)."""
+
+
+def as_scenario(scenario: "Scenario | str | Path") -> Scenario:
+    """Return the scenario that is meant by itself, by its name, or by the path of its file."""
+    return scenario if isinstance(scenario, Scenario) else load_scenario(scenario)
 
 
 def load_scenario(name_or_path: str | Path, overrides: Overrides = ()) -> Scenario:
@@ -225,19 +190,31 @@ def load_scenario(name_or_path: str | Path, overrides: Overrides = ()) -> Scenar
     Raises:
         ScenarioError: If there is no such file, or anything in it cannot be used.
     """
+    if not isinstance(name_or_path, (str, Path)):
+        raise ScenarioError(f"{shown(name_or_path)}: neither a scenario nor a name nor a path")
     path = _find(name_or_path)
     try:
-        data = typed_yaml.parse(path.read_text(encoding="utf-8"))
+        # An empty file is a scenario, too: everything has a default.
+        data = typed_yaml.parse(_read(path))
+        data = {} if data is None else data
         if isinstance(data, dict):
             data.setdefault("name", path.stem)
         scenario = typed_yaml.build(Scenario, data)
     except UnicodeDecodeError:
         raise ScenarioError(f"{path}: not a text file in UTF-8") from None
     except OSError as error:
-        raise ScenarioError(f"{path}: {error.strerror}") from None
+        raise ScenarioError(f"{short(str(path), 100)}: {error.strerror}") from None
     except ValueError as error:
-        raise ScenarioError(f"{path}: {error}") from None
+        raise ScenarioError(f"{path}: {error}{_more(error)}") from None
     return override(scenario, overrides)
+
+
+def _read(path: Path) -> str:
+    with path.open("rb") as file:
+        content = file.read(LARGEST + 1)
+    if len(content) > LARGEST:
+        raise ValueError(f"larger than {LARGEST / 1e6:g} MB, not a scenario")
+    return content.decode("utf-8")
 
 
 def _find(name_or_path: str | Path) -> Path:
@@ -245,8 +222,15 @@ def _find(name_or_path: str | Path) -> Path:
     if path.suffix in (".yaml", ".yml") or len(path.parts) != 1:
         return path
     if path.name not in known:
-        raise ScenarioError(f"{path}: no such scenario{typed_yaml.suggestion(path, known)}")
+        name = short(str(path), 60)
+        raise ScenarioError(f"{name}: no such scenario{typed_yaml.suggestion(name, known)}")
     return known[path.name]
+
+
+def _more(error: ValueError) -> str:
+    """Return where to read more about the key that an error is about."""
+    section = re.match(r"[a-z_.]*", getattr(error, "key", ""))[0].rstrip(".")
+    return f"; see: lola keys {section}" if hasattr(error, "key") else ""
 
 
 def override(scenario: Scenario, overrides: Overrides) -> Scenario:
@@ -266,18 +250,26 @@ def override(scenario: Scenario, overrides: Overrides) -> Scenario:
             typed_yaml.set_at(data, key, typed_yaml.plain(value))
         return typed_yaml.build(Scenario, data)
     except ValueError as error:
-        raise ScenarioError(f"override of {scenario.name}: {error}") from None
+        raise ScenarioError(f"override of {scenario.name}: {error}{_more(error)}") from None
 
 
 def _pairs(overrides: Overrides) -> Iterable[tuple[str, object]]:
     if isinstance(overrides, Mapping):
-        yield from overrides.items()
-        return
-    for text in overrides:
-        key, equals, value = text.partition("=")
-        if not equals or not key:
-            raise ValueError(f"{text!r} is not of the form key=value")
-        yield key, typed_yaml.parse(value)
+        pairs = overrides.items()
+    else:
+        texts = [overrides] if isinstance(overrides, str) else overrides
+        pairs = (_pair(text) for text in texts)
+    for key, value in pairs:
+        if not isinstance(key, str):
+            raise ValueError(f"{shown(key)} is not a key, such as 'control.force.time_constant'")
+        yield key, value
+
+
+def _pair(text: object) -> tuple[str, object]:
+    key, equals, value = text.partition("=") if isinstance(text, str) else ("", "", "")
+    if not equals or not key:
+        raise ValueError(f"{shown(text)} is not of the form key=value")
+    return key, typed_yaml.parse(value)
 
 
 def dump_scenario(scenario: Scenario) -> str:

@@ -1,301 +1,31 @@
-"""The closed loop: plant, sensors and controller, block by block or fused, and `simulate()`."""
+"""Running scenarios: `simulate()`, and `start()` for who wants to go step by step."""
 
-import signal
-import threading
+import logging
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass
+from pathlib import Path
 
-import numpy as np
-from pydrake.geometry import SceneGraph
-from pydrake.multibody.plant import MultibodyPlant
-from pydrake.systems.framework import Diagram, DiagramBuilder, OutputPort, System
-from pydrake.systems.primitives import (
-    ConstantVectorSource,
-    Demultiplexer,
-    Multiplexer,
-    TrajectorySource,
-    VectorLogSink,
-)
-from pydrake.trajectories import PiecewisePolynomial
+from pydrake.systems.framework import Diagram
 
+from lola_drake.atomic_file import reason
 from lola_drake.block import Block
-from lola_drake.blocks.contact_switches import ContactSwitches
-from lola_drake.blocks.foot_force_sensor import FootForceSensor
-from lola_drake.blocks.imu import Imu
-from lola_drake.controller import (
-    Blocks,
-    Stance,
-    WalkingController,
-    add_block,
-    controller_blocks,
-    initial_stance,
-)
-from lola_drake.fused import FusedSystem
-from lola_drake.logged import LOGGED
-from lola_drake.plant import add_plant, pad_geometries, set_start
+from lola_drake.interruption import interruption
 from lola_drake.results import Result
-from lola_drake.robot import Kinematics
 from lola_drake.run import Run
-from lola_drake.scenario import Scenario, Walk
-from lola_drake.servos import DampingServos, DriveGuard, ImplicitServos
-from lola_drake.signals import (
-    FEET,
-    JOINT_DESIRED_STATE,
-    JOINT_FEEDFORWARD,
-    JOINT_TORQUE,
-    PERIOD,
-)
-from lola_drake.swap import Replacement, swapped
-from lola_drake.theory.constants import GRAVITY
+from lola_drake.scenario import Scenario, as_scenario
+from lola_drake.servos import DampingServos, ImplicitServos
+from lola_drake.signals import PERIOD
+from lola_drake.swap import Replacement
+from lola_drake.world import build_fused, build_simulation, make_world
 
 ENGINES = ("fused", "diagram")
-
-
-@dataclass(frozen=True)
-class World:
-    """The plant in its start pose, and the blocks that sense and control it.
-
-    Attributes:
-        builder: of the diagram that has the plant.
-        plant, scene_graph: in that diagram.
-        servos: in the plant.
-        stance: how the robot stands at the start.
-        sensors, controller: the blocks, by name.
-    """
-
-    builder: DiagramBuilder
-    plant: MultibodyPlant
-    scene_graph: SceneGraph
-    servos: ImplicitServos | DampingServos
-    stance: Stance
-    sensors: Blocks
-    controller: Blocks
-
-
-def make_world(
-    scenario: Scenario,
-    blocks: Mapping[str, Replacement] | None = None,
-    servos: type[ImplicitServos | DampingServos] = ImplicitServos,
-) -> World:
-    """Return the plant of a scenario, and its blocks, some of them replaced."""
-    builder = DiagramBuilder()
-    plant, scene_graph = add_plant(builder, scenario.ground)
-    driven = servos(plant, scenario.control.servos)
-    plant.Finalize()
-    kinematics = Kinematics()
-    stance = initial_stance(scenario, kinematics)
-    set_start(plant, scenario.start, scenario.ground, stance.q, stance.p_PT)
-    sensors = _sensor_blocks(scenario, plant, scene_graph)
-    controller = controller_blocks(scenario, kinematics, stance, planned_steps(scenario.walk))
-    all_blocks = swapped(sensors | controller, blocks or {})
-    return World(
-        builder,
-        plant,
-        scene_graph,
-        driven,
-        stance,
-        {name: all_blocks[name] for name in sensors},
-        {name: all_blocks[name] for name in controller},
-    )
-
-
-def _sensor_blocks(
-    scenario: Scenario, plant: MultibodyPlant, scene_graph: SceneGraph
-) -> dict[str, Block]:
-    sensors = scenario.sensors
-    imu, foot_force, contact = (
-        params.ideal() if sensors.ideal else params
-        for params in (sensors.imu, sensors.foot_force, sensors.contact)
-    )
-    half_weight = 0.5 * plant.CalcTotalMass(plant.CreateDefaultContext()) * GRAVITY
-    welds = tuple(int(plant.GetJointByName(f"fts_{foot}").index()) for foot in FEET)
-    standing = np.tile([0.0, 0.0, half_weight, 0.0, 0.0, 0.0], 2)
-    return {
-        "imu": Imu(imu, scenario.seed),
-        "foot_force_sensor": FootForceSensor(foot_force, welds, standing, scenario.seed),
-        "contact_switches": ContactSwitches(contact, pad_geometries(plant, scene_graph)),
-    }
-
-
-def build_simulation(
-    scenario: Scenario, blocks: Mapping[str, Replacement] | None = None
-) -> Diagram:
-    """Return the closed loop of a scenario as a Drake Diagram, in its start pose.
-
-    Args:
-        scenario: its parameters.
-        blocks: laws of your own by the names of the blocks that they replace, see `swapped`.
-
-    Raises:
-        BlockError: if such a law does not fit.
-    """
-    world = make_world(scenario, blocks)
-    builder, plant = world.builder, world.plant
-    controller = builder.AddNamedSystem("controller", WalkingController(world.controller))
-    sensors = [add_block(builder, name, block) for name, block in world.sensors.items()]
-    command = builder.AddNamedSystem("walk_command", _command_source(scenario.walk))
-    sources = {
-        port.get_name(): port
-        for system in sensors
-        for port in (system.get_output_port(i) for i in range(system.num_output_ports()))
-    } | _plant_ports(plant)
-    sources["walk_command"] = command.get_output_port()
-    for system in (controller, *sensors):
-        for i in range(system.num_input_ports()):
-            port = system.get_input_port(i)
-            builder.Connect(sources[port.get_name()], port)
-    world.servos.connect(
-        builder,
-        controller.GetOutputPort(JOINT_DESIRED_STATE.name),
-        controller.GetOutputPort(JOINT_FEEDFORWARD.name),
-    )
-    _add_log(builder, [port for _, port in log_ports(controller, plant, command, *sensors)])
-    diagram = builder.Build()
-    diagram.set_name("lola")
-    return diagram
-
-
-def build_fused(world: World, scenario: Scenario, *, compile_laws: bool | None = None) -> Diagram:
-    """Return the closed loop with all of sensors and controller in one system, for speed.
-
-    It does what the diagram of blocks does. The log has the row of the fused system.
-    """
-    builder, plant = world.builder, world.plant
-    guard = DriveGuard(torque_limit=plant.GetEffortUpperLimits())
-    blocks = world.sensors | {"drive_guard": guard} | world.controller
-    fused = builder.AddNamedSystem("fused", FusedSystem(blocks, compile_laws=compile_laws))
-    command = builder.AddNamedSystem("walk_command", _command_source(scenario.walk))
-    layout, state = fused.layout, fused.GetOutputPort("state")
-    torque = world.servos.connect(
-        builder,
-        _cut(builder, state, layout.signals[JOINT_DESIRED_STATE.name]),
-        _cut(builder, state, layout.signals[JOINT_FEEDFORWARD.name]),
-    )
-    sources = _plant_ports(plant) | {
-        "walk_command": command.get_output_port(),
-        JOINT_TORQUE.name: torque,
-    }
-    for i in range(fused.num_input_ports()):
-        port = fused.get_input_port(i)
-        builder.Connect(sources[port.get_name()], port)
-    _add_log(builder, [_cut(builder, fused.GetOutputPort("tick"), layout.visible)])
-    diagram = builder.Build()
-    diagram.set_name("lola")
-    return diagram
-
-
-def _cut(builder: DiagramBuilder, port: OutputPort, where: slice) -> OutputPort:
-    """Return a port with some entries of another one, without a call into Python."""
-    sizes = [where.start, where.stop - where.start, port.size() - where.stop]
-    cut = builder.AddSystem(Demultiplexer([size for size in sizes if size]))
-    builder.Connect(port, cut.get_input_port())
-    return cut.get_output_port(1 if where.start else 0)
-
-
-def _plant_ports(plant: MultibodyPlant) -> dict[str, OutputPort]:
-    """Return what sensors may read of the plant, by the names of their inputs."""
-    return {
-        "plant_state": plant.get_state_output_port(),
-        "reaction_forces": plant.get_reaction_forces_output_port(),
-        "contact_results": plant.get_contact_results_output_port(),
-    }
-
-
-def planned_steps(walk: Walk) -> np.ndarray | None:
-    """Return (forward, left, turn) of every planned step, shape (n, 3); None without a plan."""
-    if not walk.steps:
-        return None
-    return np.array(
-        [
-            (group.length, group.sideways, np.deg2rad(group.turn_deg))
-            for group in walk.steps
-            for _ in range(group.count)
-        ]
-    )
-
-
-def _command_source(walk: Walk) -> System:
-    if not walk.command:
-        return ConstantVectorSource([0.0, 0.0, 0.0])
-    times = [0.0, *(command.time for command in walk.command)]
-    values = [(0.0, 0.0, 0.0), *((c.v_x, c.v_y, c.turn_rate) for c in walk.command)]
-    if times[1] == 0.0:
-        times, values = times[1:], values[1:]
-    # The hold needs a last break, where the last command goes on.
-    times, values = [*times, times[-1] + 1.0], [*values, values[-1]]
-    return TrajectorySource(PiecewisePolynomial.ZeroOrderHold(times, np.transpose(values)))
-
-
-def _add_log(builder: DiagramBuilder, ports: list[OutputPort]) -> None:
-    """Log signals in one wide sink, one after the other."""
-    multiplexer = builder.AddNamedSystem(
-        "log_multiplexer", Multiplexer([port.size() for port in ports])
-    )
-    for i, port in enumerate(ports):
-        builder.Connect(port, multiplexer.get_input_port(i))
-    total = multiplexer.get_output_port().size()
-    log = builder.AddNamedSystem("log", VectorLogSink(total, publish_period=PERIOD))
-    builder.Connect(multiplexer.get_output_port(), log.get_input_port())
-
-
-def log_ports(
-    controller: Diagram, plant: MultibodyPlant, command: System, *sensors: System
-) -> list[tuple[str, OutputPort]]:
-    """Return the logged ports of a diagram of blocks, by their names in the record."""
-    ports = {
-        port.get_name(): port
-        for system in (controller, *sensors)
-        for port in (system.get_output_port(i) for i in range(system.num_output_ports()))
-    }
-    ports["walk_command"] = command.get_output_port()
-    ports = {name: port for name, port in ports.items() if name in LOGGED}
-    # The plant first: then all of Python runs in one go, while it is warm in the caches.
-    first = {
-        "plant_state": plant.get_state_output_port(),
-        "joint_torque": plant.get_net_actuation_output_port(),
-    }
-    return list((first | ports).items())
-
 
 Attend = Callable[[Run], float | None]
 
 
-def start(
-    scenario: Scenario,
-    blocks: Mapping[str, Replacement] | None = None,
-    engine: str = "fused",
-    *,
-    compile_laws: bool | None = None,
-) -> Run:
-    """Return a run of a scenario that has not advanced yet; the arguments are those of `simulate`.
-
-    The engine is the diagram if one of the blocks is a system of Drake's own. The fused one begins
-    with the cheaper servos, which know no limits; see `lola_drake.servos`.
-    """
-    if engine not in ENGINES:
-        raise ValueError(f"engine: {engine!r} is not allowed, it must be one of {ENGINES}")
-
-    def fused(servos: type) -> Diagram:
-        world = make_world(scenario, blocks, servos)
-        return build_fused(world, scenario, compile_laws=compile_laws)
-
-    if engine == "diagram" or not _all_declared(scenario, blocks):
-        return Run(scenario, build_simulation(scenario, blocks))
-    return Run(scenario, fused(DampingServos), lambda: fused(ImplicitServos))
-
-
-def _all_declared(scenario: Scenario, blocks: Mapping[str, Replacement] | None) -> bool:
-    if not blocks:
-        return True
-    world = make_world(scenario, blocks)
-    parts = world.sensors | world.controller
-    return all(isinstance(part, Block) for part in parts.values())
-
-
 def simulate(
-    scenario: Scenario,
+    scenario: Scenario | str | Path,
     progress: Callable[[float], None] | None = None,
     chunk: float = 0.02,
     attend: Attend | None = None,
@@ -305,8 +35,10 @@ def simulate(
 ) -> Result:
     """Run a scenario to its end, a fall, or Ctrl-C, and return everything that was recorded.
 
+    An error of the solver, of a block or of `attend` ends the run, too; `Result.error` says which.
+
     Args:
-        scenario: what to run.
+        scenario: what to run: a scenario, its name, or the path of its file.
         progress: called with the simulated time (s) every `chunk` seconds.
         chunk: how often a fall, an interruption and the progress are looked at (s).
         attend: called with the run, in which it may change gains and commands; returns by how much
@@ -315,27 +47,61 @@ def simulate(
         engine: "fused" for all laws in one system, "diagram" for that of `build_simulation`.
     """
     run = start(scenario, blocks, engine)
-    started = time.perf_counter()
-    with _interruption() as interrupted:
+    began, duration = time.perf_counter(), run.scenario.duration
+    with interruption() as interrupted, _kept() as errors:
         while not (run.fallen or interrupted.is_set()):
             step = chunk if attend is None else attend(run)
-            if step is None or run.time >= scenario.duration - 0.5 * PERIOD:
+            if step is None or run.time >= duration - 0.5 * PERIOD:
                 break
-            run.advance(min(run.time + step, scenario.duration))
+            run.advance(min(run.time + step, duration))
             if progress is not None:
                 progress(run.time)
-    return run.result(time.perf_counter() - started)
+        run.finish()
+    return run.result(time.perf_counter() - began, errors[0] if errors else None)
+
+
+def start(
+    scenario: Scenario | str | Path,
+    blocks: Mapping[str, Replacement] | None = None,
+    engine: str = "fused",
+    *,
+    compile_laws: bool | None = None,
+) -> Run:
+    """Return a run that has not advanced yet; the arguments are those of `simulate`.
+
+    The engine is the diagram if one of the blocks is a system of Drake's own. The fused one begins
+    with the cheaper servos, which know no limits; see `lola_drake.servos`.
+    """
+    if engine not in ENGINES:
+        raise ValueError(f"engine: {engine!r} is not allowed, it must be one of {ENGINES}")
+    scenario = as_scenario(scenario)
+    if engine == "diagram" or not _all_declared(scenario, blocks):
+        return Run(scenario, build_simulation(scenario, blocks))
+
+    def fused(servos: type[ImplicitServos | DampingServos]) -> Diagram:
+        world = make_world(scenario, blocks, servos)
+        return build_fused(world, scenario, compile_laws=compile_laws)
+
+    return Run(scenario, fused(DampingServos), lambda: fused(ImplicitServos))
+
+
+def _all_declared(scenario: Scenario, blocks: Mapping[str, Replacement] | None) -> bool:
+    """Return whether every block is one that declares its laws."""
+    if not blocks:
+        return True
+    world = make_world(scenario, blocks)
+    return all(isinstance(b, Block) for b in (*world.sensors.values(), *world.controller.values()))
 
 
 @contextmanager
-def _interruption():
-    """Turn Ctrl-C into an event for the duration of a run; only the main thread can be asked."""
-    event = threading.Event()
-    if threading.current_thread() is not threading.main_thread():
-        yield event
-        return
-    before = signal.signal(signal.SIGINT, lambda *_: event.set())
+def _kept() -> Iterator[list[str]]:
+    """Let an error of the solver, a block or who attends end a run, but not lose its record.
+
+    A failed assertion of Drake's is a SystemExit. The whole of the error is for the log.
+    """
+    errors: list[str] = []
     try:
-        yield event
-    finally:
-        signal.signal(signal.SIGINT, before)
+        yield errors
+    except (Exception, SystemExit) as error:
+        logging.getLogger("lola_drake").debug("a run failed", exc_info=True)
+        errors.append(f"{type(error).__name__}: {reason(error)}")

@@ -13,43 +13,75 @@ from collections.abc import Iterable
 
 import yaml
 
-from lola_drake.parameters import ParameterError
+from lola_drake.errors import LolaError, short
+from lola_drake.parameters import ParameterError, element_type
 
 
-class KeyPathError(ValueError):
+class KeyPathError(LolaError):
     """A key that does not exist."""
 
     def __init__(self, key: str, name: object, known: Iterable[str]):
-        super().__init__(f"{_join(key, name)}: no such key{suggestion(name, known)}")
+        whole = _join(short(key, 60), short(str(name), 40))
+        super().__init__(f"{whole}: no such key{suggestion(name, known)}")
+        self.key = key
 
 
 def suggestion(name: object, known: Iterable[str]) -> str:
     """Return the end of an error about an unknown name: what may have been meant."""
     known = list(known)
-    near = difflib.get_close_matches(str(name), known)
+    near = difflib.get_close_matches(str(name)[:100], known)
     if near:
         return f", did you mean {' or '.join(near)}?"
-    return f", there are {', '.join(known)}" if known else ", there is nothing below it"
+    return f", there are {short(', '.join(known), 80)}" if known else ", there is nothing below it"
 
 
 class _Loader(yaml.SafeLoader):
-    """SafeLoader that rejects repeated keys and reads 1e5 as a number, as YAML 1.2 does."""
+    """SafeLoader of the core of YAML 1.2, without repeated keys and tags.
+
+    Version 1.1 reads 1:30 as 90, 010 as 8, no as false and 2017-06-01 as a date. Here they are
+    texts, so that what asks for a number refuses them.
+    """
+
+    yaml_implicit_resolvers: typing.ClassVar[dict] = {}
+
+    def compose_node(self, parent: yaml.Node | None, index: object) -> yaml.Node:
+        """Compose a node, but none with a tag of its own such as !!timestamp."""
+        event = self.peek_event()
+        if getattr(event, "tag", None) is not None:
+            problem = f"the tag {short(event.tag, 40)} is not wanted, write a plain value"
+            raise yaml.constructor.ConstructorError(None, None, problem, event.start_mark)
+        return super().compose_node(parent, index)
 
     def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict:
         """Build a dict, but not from a mapping in which one key hides another."""
         keys = [key for key, _ in node.value if isinstance(key, yaml.ScalarNode)]
-        for i, key in enumerate(keys):
-            if key.value in (earlier.value for earlier in keys[:i]):
-                problem = f"the key {key.value!r} appears twice"
+        seen = set()
+        for key in keys:
+            if key.value in seen:
+                problem = f"the key {short(key.value, 40)!r} appears twice"
                 raise yaml.constructor.ConstructorError(None, None, problem, key.start_mark)
+            seen.add(key.value)
         return super().construct_mapping(node, deep)
 
 
-_Loader.add_implicit_resolver(
-    "tag:yaml.org,2002:float",
-    re.compile(r"[-+]?(\d+\.?\d*|\.\d+)[eE][-+]?\d+$"),
-    list("-+.0123456789"),
-)
+_WHOLE = r"[-+]?(0|[1-9]\d{0,17})"
+_EXPONENT = r"[eE][-+]?\d{1,4}"
+_FLOAT = rf"[-+]?((0|[1-9]\d*)(\.\d*)?|\.\d+)({_EXPONENT})?|[-+]?\.(inf|Inf|INF)|\.(nan|NaN|NAN)"
+
+
+class _Dumper(yaml.SafeDumper):
+    """SafeDumper that quotes what is a number in either version of YAML."""
+
+
+for _tag, _pattern, _first in (
+    ("null", r"~|null|Null|NULL|", ["~", "n", "N", ""]),
+    ("bool", r"true|True|TRUE|false|False|FALSE", list("tTfF")),
+    ("int", _WHOLE, list("-+0123456789")),
+    ("float", _FLOAT, list("-+.0123456789")),
+):
+    _resolver = f"tag:yaml.org,2002:{_tag}", re.compile(rf"(?:{_pattern})$"), _first
+    _Loader.add_implicit_resolver(*_resolver)
+    _Dumper.add_implicit_resolver(*_resolver)
 
 
 def parse(text: str) -> object:
@@ -57,11 +89,11 @@ def parse(text: str) -> object:
     try:
         return yaml.load(text, Loader=_Loader)  # a SafeLoader
     except yaml.MarkedYAMLError as error:
-        problem = " ".join(str(error.problem or error.context).split())
+        problem = short(" ".join(str(error.problem or error.context).split()), 120)
         mark = error.problem_mark or error.context_mark
         raise ValueError(f"line {mark.line + 1}: {problem}") from None
     except yaml.YAMLError as error:
-        raise ValueError(str(error).splitlines()[0]) from None
+        raise ValueError(short(str(error).splitlines()[0], 120)) from None
     except RecursionError:
         raise ValueError("nested too deeply") from None
 
@@ -80,21 +112,25 @@ def build(schema: type, data: object, key: str = "") -> typing.Any:
     for name in data:
         if name not in kinds:
             raise KeyPathError(key, name, kinds)
-    values = {name: _value(kinds[name], entry, _join(key, name)) for name, entry in data.items()}
+    values = {
+        name: _value(schema, name, kinds[name], data[name], _join(key, name)) for name in data
+    }
     try:
         return schema(**values)
     except ParameterError as error:
         raise (error.under(key) if key else error) from None
 
 
-def _value(kind: type, entry: object, key: str) -> object:
+def _value(schema: type, name: str, kind: type, entry: object, key: str) -> object:
     if dataclasses.is_dataclass(kind):
         return build(kind, entry, key)
-    element = next(iter(typing.get_args(kind)), None)
-    if not dataclasses.is_dataclass(element):
+    field = schema.__dataclass_fields__[name]
+    if field.default != ():
         return entry
-    if not isinstance(entry, list):
-        raise ParameterError(key, entry, "a list")
+    longest = field.metadata["longest"]
+    if not isinstance(entry, list) or len(entry) > longest:
+        raise ParameterError(key, entry, f"a list of at most {longest} entries")
+    element = element_type(schema, name)
     return tuple(build(element, item, f"{key}[{i}]") for i, item in enumerate(entry))
 
 
@@ -109,8 +145,13 @@ def plain(value: object) -> object:
 
 def dump(value: object) -> str:
     """Return a dataclass as YAML text from which `parse` and `build` make an equal one."""
-    return yaml.safe_dump(
-        plain(value), sort_keys=False, allow_unicode=True, default_flow_style=None, width=100
+    return yaml.dump(
+        plain(value),
+        Dumper=_Dumper,
+        sort_keys=False,
+        allow_unicode=True,
+        default_flow_style=None,
+        width=100,
     )
 
 

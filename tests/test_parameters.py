@@ -16,9 +16,9 @@ class Params:
     """One field of each kind."""
 
     gain: float = parameter(0.5, "a gain", "1/s", minimum=0.0, maximum=1.0)
-    time: float = parameter(1.0, "a time", "s", above=0.0)
-    count: int = parameter(2, "a count", minimum=1)
-    pair: tuple[float, float] = parameter((1.0, 2.0), "an array", "m", above=0.0)
+    time: float = parameter(1.0, "a time", "s", above=0.0, maximum=60)
+    count: int = parameter(2, "a count", minimum=1, maximum=9)
+    pair: tuple[float, float] = parameter((1.0, 2.0), "an array", "m", above=0.0, maximum=5)
     kind: str = parameter("a", "a choice", choices=("a", "b"))
     text: str = parameter("", "a text")
     on: bool = parameter(True, "a switch")
@@ -45,18 +45,18 @@ def test_values_take_the_type_of_the_default():
         ("gain", 1.1, "a number >= 0 and <= 1 1/s"),
         ("gain", True, "a number >= 0 and <= 1 1/s"),
         ("gain", "0.5", "a number >= 0 and <= 1 1/s"),
-        ("time", 0.0, "a number > 0 s"),
-        ("time", math.nan, "a number > 0 s"),
-        ("time", math.inf, "a number > 0 s"),
-        ("time", None, "a number > 0 s"),
-        ("time", 10**400, "a number > 0 s"),
-        ("count", 2.5, "a whole number >= 1"),
-        ("count", 0, "a whole number >= 1"),
-        ("pair", 1.0, "a list of 2 numbers > 0 m"),
-        ("pair", [1.0], "a list of 2 numbers > 0 m"),
+        ("time", 0.0, "a number > 0 and <= 60 s"),
+        ("time", math.nan, "a number > 0 and <= 60 s"),
+        ("time", math.inf, "a number > 0 and <= 60 s"),
+        ("time", None, "a number > 0 and <= 60 s"),
+        ("time", 10**400, "a number > 0 and <= 60 s"),
+        ("count", 2.5, "a whole number >= 1 and <= 9"),
+        ("count", 0, "a whole number >= 1 and <= 9"),
+        ("pair", 1.0, "a list of 2 numbers > 0 and <= 5 m"),
+        ("pair", [1.0], "a list of 2 numbers > 0 and <= 5 m"),
         ("kind", "c", "one of a, b"),
         ("kind", 1, "one of a, b"),
-        ("text", 5, "text"),
+        ("text", 5, "plain text of at most 60 characters"),
         ("on", 1, "true or false"),
     ],
 )
@@ -77,7 +77,7 @@ def test_error_seen_from_above_has_the_whole_key():
     with pytest.raises(ParameterError) as caught:
         Params(time=-1)
     assert str(caught.value.under("control")) == (
-        "control.time: -1 is not allowed, it must be a number > 0 s"
+        "control.time: -1 is not allowed, it must be a number > 0 and <= 60 s"
     )
 
 

@@ -8,6 +8,8 @@ import h5py
 import numpy as np
 import pytest
 
+from lola_drake.atomic_file import check_file
+from lola_drake.errors import OutputError
 from lola_drake.logged import LOGGED
 from lola_drake.results import ResultError, check_folder, load_result
 from lola_drake.scenario import Scenario, load_scenario
@@ -143,9 +145,42 @@ def test_a_file_in_the_way_is_one_clear_line(tmp_path):
 
 
 def test_a_folder_without_permission_is_one_clear_line(tmp_path, monkeypatch):
-    monkeypatch.setattr("os.access", lambda path, mode: False)
-    with pytest.raises(ResultError, match=f"no permission in {tmp_path}$"):
+    def mkdir(*_, **__):
+        raise PermissionError(13, "Permission denied")
+
+    monkeypatch.setattr("pathlib.Path.mkdir", mkdir)
+    with pytest.raises(ResultError, match="b: cannot be written, Permission denied$"):
         check_folder(tmp_path / "a" / "b")
+
+
+def test_trying_a_folder_out_leaves_nothing(tmp_path):
+    check_folder(tmp_path / "a" / "b")
+    check_file(tmp_path / "c" / "d.html")
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("folder", [".", "", "..", "/"])
+def test_the_working_directory_is_never_swapped_away(tmp_path, monkeypatch, folder):
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(ResultError, match="in use as a whole"):
+        check_folder(folder, force=True)
+
+
+@pytest.mark.parametrize("name", ["x" * 300, "a\0b"])
+def test_a_name_that_no_disk_takes_is_one_line(tmp_path, name):
+    with pytest.raises(ResultError, match="cannot be written"):
+        check_folder(tmp_path / name)
+    with pytest.raises(OutputError, match="cannot be written"):
+        check_file(tmp_path / name)
+
+
+def test_a_file_is_replaced_only_by_force(tmp_path):
+    (tmp_path / "page.html").write_text("mine")
+    with pytest.raises(OutputError, match="is there already"):
+        check_file(tmp_path / "page.html")
+    assert check_file(tmp_path / "page.html", force=True) == tmp_path / "page.html"
+    with pytest.raises(OutputError, match="a folder"):
+        check_file(tmp_path, force=True)
 
 
 def test_a_full_disk_leaves_nothing_behind(make_result, tmp_path):
@@ -180,3 +215,86 @@ def test_a_damaged_run_is_one_clear_line(make_result, tmp_path, name, content, m
     with pytest.raises(ResultError, match=message) as caught:
         load_result(folder)
     assert "\n" not in str(caught.value)
+
+
+def changed_summary(**changes):
+    def change(folder):
+        summary = json.loads((folder / "summary.json").read_text())
+        (folder / "summary.json").write_text(json.dumps(summary | changes))
+
+    return change
+
+
+def in_signals(change):
+    def changed(folder):
+        with h5py.File(folder / "signals.h5", "a") as file:
+            change(file)
+
+    return changed
+
+
+def put(name, value):
+    def change(file):
+        file.pop(name, None)
+        file[name] = value
+
+    return in_signals(change)
+
+
+@pytest.mark.parametrize(
+    ("damage", "message"),
+    [
+        (lambda folder: (folder / "summary.json").write_text("[]"), "is no summary"),
+        (lambda folder: (folder / "summary.json").write_text("[" * 100000), "cannot be read"),
+        (changed_summary(fall_time_s="soon"), "fall_time is 'soon'"),
+        (changed_summary(fall_time_s=float("nan")), "fall_time is nan"),
+        (changed_summary(fall_time_s=-5), "fall_time is -5"),
+        (changed_summary(completed="yes"), "completed is 'yes'"),
+        (changed_summary(versions=[]), r"versions is \[\]"),
+        (changed_summary(wall_time_s=None), "wall_time is None"),
+        (lambda folder: (folder / "signals.h5").write_bytes(b""), "cannot be read"),
+        (in_signals(lambda file: file.pop("torso_pose")), "lacks torso_pose"),
+        (in_signals(lambda file: file.pop("time")), "lacks time"),
+        (put("time", "noon"), "time holds no numbers"),
+        (put("torso_pose", np.zeros((3, 6))), "torso_pose has the shape"),
+        (put("time", np.zeros(2800)), "the times do not grow"),
+        (put("imu", 1.0) and put("torso_pose", h5py.SoftLink("/nowhere")), "lacks torso_pose"),
+    ],
+)
+def test_what_a_record_needs_is_said_in_one_line(make_result, tmp_path, damage, message):
+    folder = make_result(steps=1).save(tmp_path / "run")
+    damage(folder)
+    with pytest.raises(ResultError, match=message) as caught:
+        load_result(folder)
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    "extend",
+    [
+        put("own", np.zeros(3)),
+        put("link", h5py.SoftLink("/nowhere")),
+        in_signals(lambda file: file.create_group("mine").create_dataset("x", data=1)),
+        changed_summary(remark="mine", versions={"drake": 2}),
+        changed_summary(wall_time_s=0),
+    ],
+)
+def test_what_a_user_adds_to_a_record_does_no_harm(make_result, tmp_path, extend):
+    folder = make_result(steps=1).save(tmp_path / "run")
+    extend(folder)
+    assert load_result(folder).signals.keys() == LOGGED.keys()
+    assert "real_time_factor" in load_result(folder).summary
+
+
+def test_a_run_before_half_a_second_says_no_numbers(make_result):
+    whole = make_result(completed=False, fall_time=0.3)
+    assert whole.metrics["max_inclination_deg"] == {"x": None, "y": None}
+    assert whole.metrics["rms_torque_error_Nm"] == {"x": None, "y": None}
+    assert whole.metrics["max_foot_force_N"] is None
+
+
+def test_a_result_is_shown_in_one_short_line(make_result):
+    assert repr(make_result(error="the solver failed", completed=False)).endswith(
+        "failed at 6.799 s: the solver failed>"
+    )
+    assert len(repr(make_result())) < 100

@@ -59,7 +59,7 @@ def test_dump_names_every_value():
     ("text", "message"),
     [
         ("duraton: 3", "duraton: no such key, did you mean duration?"),
-        ("duration: 0", "duration: 0 is not allowed, it must be a number > 0 s"),
+        ("duration: 0", "duration: 0 is not allowed, it must be a number >= 0.001 and <= 3600 s"),
         ("duration: .nan", "duration: nan is not allowed"),
         ("seed: -1", "seed: -1 is not allowed, it must be a whole number >= 0"),
         ("variant: best", "variant: 'best' is not allowed, it must be one of ref, dyn"),
@@ -72,7 +72,6 @@ def test_dump_names_every_value():
         ("control: {com_dynamics: {gain: 2}}", "control.com_dynamics.gain: 2 is not allowed"),
         ("seed: 1\nseed: 2", "line 2: the key 'seed' appears twice"),
         ("seed: [", "line 1: "),
-        ("", "content: None is not allowed"),
     ],
 )
 def test_error_in_a_file_is_one_line_that_says_where(text, message, tmp_path):
@@ -112,7 +111,7 @@ def test_overrides_as_texts_and_as_mapping_agree():
 
 
 def test_override_reaches_into_lists():
-    scenario = Scenario(ground=Ground(obstacles=(Obstacle("a"), Obstacle("b"))))
+    scenario = Scenario(ground=Ground(obstacles=(Obstacle("a"), Obstacle("b", (3.0, 0.0)))))
     higher = override(scenario, ["ground.obstacles.1.height=0.09", "ground.obstacles[0].size[1]=2"])
     assert [obstacle.height for obstacle in higher.ground.obstacles] == [0.04, 0.09]
     assert higher.ground.obstacles[0].size == (0.4, 2.0)
@@ -127,7 +126,10 @@ def test_override_reaches_into_lists():
         ("seed.x=1", "seed.x: no such key, there is nothing below it"),
         ("control.forc.time_constant=1", "control.forc: no such key, did you mean force?"),
         ("seed=-1", "seed: -1 is not allowed, it must be a whole number >= 0"),
-        ("duration=inf", "duration: 'inf' is not allowed, it must be a number > 0 s"),
+        (
+            "duration=inf",
+            "duration: 'inf' is not allowed, it must be a number >= 0.001 and <= 3600 s",
+        ),
         ("ground.obstacles.0.height=1", "ground.obstacles.0: no such key"),
         ("start=[", "line 1: "),
     ],

@@ -2,11 +2,11 @@
 
 import numpy as np
 import pytest
-
 from lola_drake.analysis.linear.cut_blocks import fix_port
 from lola_drake.analysis.linear.operating_points import situation
 from lola_drake.analysis.linear.ticks import Ticks
 from lola_drake.analysis.linear.wiring import Wiring
+
 from lola_drake.scenario import load_scenario
 from lola_drake.signals import DESIRED_WRENCH, FEET
 

@@ -14,7 +14,7 @@ from lola_drake.plant import add_plant, pad_geometries, set_start
 from lola_drake.robot import Kinematics
 from lola_drake.scenario import Scenario
 from lola_drake.signals import FEET, JOINTS, PERIOD
-from lola_drake.simulation import build_simulation
+from lola_drake.world import build_simulation
 
 SOLES = tuple(link for foot in FEET for link in (f"foot_{foot}", f"zf{foot}"))
 """The links that touch the ground: of each foot the part with the rear pads, and the toe."""

@@ -24,7 +24,7 @@ from lola_drake.benchmarks.bare_plant import bare_plant, record_commands
 from lola_drake.results import software_versions
 from lola_drake.scenario import Scenario, load_scenario
 from lola_drake.signals import PERIOD, on_tick
-from lola_drake.simulation import build_simulation
+from lola_drake.world import build_simulation
 
 TURN = 0.05
 """Simulated time after which closed loop and plant take turns (s)."""

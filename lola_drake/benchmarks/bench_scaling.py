@@ -16,7 +16,7 @@ from pydrake.systems.analysis import Simulator
 from lola_drake.benchmarks.bench import TURN, peak_memory_mb, spread, steady_walk, time_to_advance
 from lola_drake.scenario import Scenario
 from lola_drake.signals import on_tick
-from lola_drake.simulation import build_simulation
+from lola_drake.world import build_simulation
 
 SHORT, LONG = 10.0, 60.0
 """How long the runs are that are compared (s)."""

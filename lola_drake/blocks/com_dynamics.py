@@ -42,11 +42,14 @@ class ComDynamicsParams:
         "K_a,x, decay outside single support (own choice, 1/delta)",
         "1/s",
         minimum=0,
+        maximum=500,
         symbol="K_a,x",
         slider=(0, 100, 1),
     )
-    max_height_rate: float = parameter(0.4, "limit of the vertical part", "m/s", above=0)
-    max_angle_rate: float = parameter(1.5, "limit of the angular parts", "rad/s", above=0)
+    max_height_rate: float = parameter(0.4, "limit of the vertical part", "m/s", above=0, maximum=5)
+    max_angle_rate: float = parameter(
+        1.5, "limit of the angular parts", "rad/s", above=0, maximum=20
+    )
 
     def __post_init__(self):
         validate(self)

@@ -21,8 +21,8 @@ _SWITCHES = CONTACT.size
 class ContactSwitchesParams:
     """Thresholds of the switches."""
 
-    close_force: float = parameter(15.0, "closes the switch (estimate)", "N", above=0)
-    open_force: float = parameter(8.0, "opens the switch (estimate)", "N", above=0)
+    close_force: float = parameter(15.0, "closes the switch (estimate)", "N", above=0, maximum=500)
+    open_force: float = parameter(8.0, "opens the switch (estimate)", "N", above=0, maximum=500)
 
     def __post_init__(self):
         validate(self)

@@ -21,9 +21,15 @@ from lola_drake.theory.noise import Noise
 class FootForceSensorParams:
     """Errors and filter of the sensors."""
 
-    force_noise: float = parameter(2.0, "standard deviation (estimate)", "N", minimum=0)
-    torque_noise: float = parameter(0.1, "standard deviation (estimate)", "Nm", minimum=0)
-    cutoff: float = parameter(150.0, "of the first-order low-pass; 0 for none", "Hz", minimum=0)
+    force_noise: float = parameter(
+        2.0, "standard deviation (estimate)", "N", minimum=0, maximum=200
+    )
+    torque_noise: float = parameter(
+        0.1, "standard deviation (estimate)", "Nm", minimum=0, maximum=20
+    )
+    cutoff: float = parameter(
+        150.0, "of the first-order low-pass; 0 for none", "Hz", minimum=0, maximum=500
+    )
 
     def __post_init__(self):
         validate(self)

@@ -31,16 +31,32 @@ class ForceDistributionParams:
     """Limits of the feet's torques, and the filter of the wrenches' rates."""
 
     cop_margin_x: float = parameter(
-        0.09, "greatest distance of the desired CoP from the TCP, along x", "m", above=0
+        0.09,
+        "greatest distance of the desired CoP from the TCP, along x",
+        "m",
+        above=0,
+        maximum=0.135,
     )
     cop_margin_y: float = parameter(
-        0.08, "greatest distance of the desired CoP from the TCP, along y", "m", above=0
+        0.08,
+        "greatest distance of the desired CoP from the TCP, along y",
+        "m",
+        above=0,
+        maximum=0.11,
     )
     least_force: float = parameter(
-        20.0, "vertical force that a shift of the load leaves on a foot", "N", minimum=0
+        20.0,
+        "vertical force that a shift of the load leaves on a foot",
+        "N",
+        minimum=0,
+        maximum=300,
     )
     rate_filter: float = parameter(
-        0.02, "time constant of the filter of the desired wrenches' rates", "s", above=0
+        0.02,
+        "time constant of the filter of the desired wrenches' rates",
+        "s",
+        minimum=0.001,
+        maximum=1,
     )
 
     def __post_init__(self):

@@ -61,7 +61,8 @@ class HybridForceControlParams:
         0.02,
         "delta, of the force error (paper)",
         "s",
-        above=0,
+        minimum=0.001,
+        maximum=1,
         symbol="δ",
         slider=(0.005, 0.08, 0.001),
     )
@@ -70,11 +71,16 @@ class HybridForceControlParams:
         "K_x, return of the swing foot to the plan",
         "1/s",
         minimum=0,
+        maximum=500,
         symbol="K_x",
         slider=(0, 50, 0.5),
     )
     grip_force: float = parameter(
-        50.0, "vertical force from which on a foot's torques are controlled", "N", above=0
+        50.0,
+        "vertical force from which on a foot's torques are controlled",
+        "N",
+        above=0,
+        maximum=300,
     )
     leveling: float = parameter(
         1.0,
@@ -84,18 +90,26 @@ class HybridForceControlParams:
         maximum=1,
     )
     search_speed: float = parameter(
-        0.22, "least speed at which a late foot seeks the ground, 0 for none", "m/s", minimum=0
+        0.22,
+        "least speed at which a late foot seeks the ground, 0 for none",
+        "m/s",
+        minimum=0,
+        maximum=1,
     )
     search_onset: float = parameter(
-        0.03, "how long after its planned touchdown a foot is late", "s", minimum=0
+        0.03, "how long after its planned touchdown a foot is late", "s", minimum=0, maximum=1
     )
     search_ramp: float = parameter(
-        0.05, "duration in which the search reaches its speed", "s", above=0
+        0.05, "duration in which the search reaches its speed", "s", above=0, maximum=1
     )
-    max_height: float = parameter(0.08, "limit of the foot's height modification", "m", above=0)
-    max_height_rate: float = parameter(0.5, "limit of its rate", "m/s", above=0)
-    max_angle: float = parameter(0.25, "limit of the foot's angle modification", "rad", above=0)
-    max_angle_rate: float = parameter(2.0, "limit of its rate", "rad/s", above=0)
+    max_height: float = parameter(
+        0.08, "limit of the foot's height modification", "m", above=0, maximum=0.3
+    )
+    max_height_rate: float = parameter(0.5, "limit of its rate", "m/s", above=0, maximum=5)
+    max_angle: float = parameter(
+        0.25, "limit of the foot's angle modification", "rad", above=0, maximum=0.8
+    )
+    max_angle_rate: float = parameter(2.0, "limit of its rate", "rad/s", above=0, maximum=20)
 
     def __post_init__(self):
         validate(self)

@@ -19,10 +19,14 @@ from lola_drake.theory.noise import Noise
 class ImuParams:
     """Errors of the unit."""
 
-    angle_noise: float = parameter(3.5e-4, "standard deviation (estimate)", "rad", minimum=0)
-    rate_noise: float = parameter(1.7e-3, "standard deviation (estimate)", "rad/s", minimum=0)
+    angle_noise: float = parameter(
+        3.5e-4, "standard deviation (estimate)", "rad", minimum=0, maximum=0.2
+    )
+    rate_noise: float = parameter(
+        1.7e-3, "standard deviation (estimate)", "rad/s", minimum=0, maximum=2
+    )
     angle_bias: float = parameter(
-        1.7e-3, "standard deviation of the constant bias (estimate)", "rad", minimum=0
+        1.7e-3, "standard deviation of the constant bias (estimate)", "rad", minimum=0, maximum=0.2
     )
     delay_ticks: int = parameter(3, "delay in control periods", "", minimum=1, maximum=50)
 

@@ -24,24 +24,38 @@ class ImuStabilizerParams:
     """Gains of the inclination and height feedback."""
 
     stiffness: float = parameter(
-        1600.0, "torque per inclination", "Nm/rad", minimum=0, symbol="P", slider=(0, 4000, 20)
+        1600.0,
+        "torque per inclination",
+        "Nm/rad",
+        minimum=0,
+        maximum=2e4,
+        symbol="P",
+        slider=(0, 4000, 20),
     )
     damping: float = parameter(
         300.0,
         "torque per rate of inclination",
         "Nms/rad",
         minimum=0,
+        maximum=5e3,
         symbol="D",
         slider=(0, 800, 5),
     )
     torque_limit: float = parameter(
-        120.0, "greatest torque that is added", "Nm", above=0, symbol="limit", slider=(1, 300, 1)
+        120.0,
+        "greatest torque that is added",
+        "Nm",
+        above=0,
+        maximum=1e3,
+        symbol="limit",
+        slider=(1, 300, 1),
     )
     height_stiffness: float = parameter(
         1500.0,
         "vertical force per missing CoM height",
         "N/m",
         minimum=0,
+        maximum=5e4,
         symbol="P_z",
         slider=(0, 9000, 50),
     )

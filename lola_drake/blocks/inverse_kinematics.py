@@ -36,11 +36,15 @@ class InverseKinematicsParams:
     drift_correction: float = parameter(
         0.1, "part of the task error that is removed in one tick", "-", minimum=0, maximum=1
     )
-    damping: float = parameter(1e-4, "damping of the pseudo-inverse", "-", minimum=0)
-    comfort_gain: float = parameter(2.0, "return to the comfort pose", "1/s", minimum=0)
-    limit_gain: float = parameter(5.0, "retreat from the joint limits", "1/s", minimum=0)
+    damping: float = parameter(1e-4, "damping of the pseudo-inverse", "-", minimum=1e-9, maximum=1)
+    comfort_gain: float = parameter(
+        2.0, "return to the comfort pose", "1/s", minimum=0, maximum=100
+    )
+    limit_gain: float = parameter(
+        5.0, "retreat from the joint limits", "1/s", minimum=0, maximum=100
+    )
     limit_margin: float = parameter(
-        0.2, "distance from a joint limit where the retreat begins", "rad", above=0
+        0.2, "distance from a joint limit where the retreat begins", "rad", above=0, maximum=1
     )
     feedforward: float = parameter(
         1.0, "part of the static torque that is fed forward", "-", minimum=0, maximum=1

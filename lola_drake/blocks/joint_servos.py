@@ -29,9 +29,11 @@ _N = len(JOINTS)
 class JointServosParams:
     """Bandwidths of the joint controllers and the delay of the bus."""
 
-    position_gain: float = parameter(70.0, "of the position loop (estimate)", "1/s", above=0)
+    position_gain: float = parameter(
+        70.0, "of the position loop (estimate)", "1/s", above=0, maximum=500
+    )
     velocity_bandwidth: float = parameter(
-        800.0, "of the velocity loop with the bare rotor (estimate)", "rad/s", above=0
+        800.0, "of the velocity loop with the bare rotor (estimate)", "rad/s", above=0, maximum=5e3
     )
     delay_ticks: int = parameter(1, "bus delay in control periods", "", minimum=1, maximum=20)
 

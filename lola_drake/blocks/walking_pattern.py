@@ -17,7 +17,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from lola_drake.block import Block, State
-from lola_drake.parameters import parameter, validate
+from lola_drake.parameters import ParameterError, parameter, validate
 from lola_drake.signals import (
     GAIT_PHASE,
     IDEAL_WRENCH,
@@ -45,44 +45,55 @@ RESET_SUPPORTS = np.arange(0.16, 0.45, 0.04)
 """Durations of the double support that are tried after an early contact (s)."""
 
 
+LEAST_SWING = 0.2
+"""What a step must leave of its time for the swing (s)."""
+
+
 @dataclass(frozen=True)
 class WalkingPatternParams:
     """How LOLA walks."""
 
-    step_time: float = parameter(0.8, "from touchdown to touchdown (paper)", "s", minimum=0.4)
+    step_time: float = parameter(
+        0.8, "from touchdown to touchdown (paper)", "s", minimum=0.4, maximum=3
+    )
     double_support: float = parameter(
-        0.34, "part of the step in which both feet carry", "s", minimum=0.05
+        0.34, "part of the step in which both feet carry", "s", minimum=0.05, maximum=2.5
     )
     first_double_support: float = parameter(
-        0.8, "shift of the load before the first step", "s", minimum=0.2
+        0.8, "shift of the load before the first step", "s", minimum=0.2, maximum=5
     )
     last_double_support: float = parameter(
-        0.4, "shift of the load after the last step", "s", minimum=0.1
+        0.4, "shift of the load after the last step", "s", minimum=0.1, maximum=5
     )
     step_height: float = parameter(0.05, "clearance of the swing foot", "m", minimum=0, maximum=0.2)
     step_width: float = parameter(
         0.23, "distance of the feet sideways", "m", minimum=0.22, maximum=0.5
     )
     com_height: float = parameter(
-        0.87, "height of the CoM above the ground", "m", minimum=0.6, maximum=0.95
+        0.87, "height of the CoM above the ground", "m", minimum=0.76, maximum=0.92
     )
     zmp_forward: float = parameter(
-        -0.03, "ZMP under a loaded foot, forward of the TCP", "m", minimum=-0.1, maximum=0.1
+        -0.03, "ZMP under a loaded foot, forward of the TCP", "m", minimum=-0.1, maximum=0.05
     )
     zmp_inward: float = parameter(
         0.05, "ZMP under a loaded foot, inward of the TCP", "m", minimum=-0.05, maximum=0.09
     )
     blend_time: float = parameter(
-        0.1, "duration of the blending between force and position control", "s", above=0
+        0.1,
+        "duration of the blending between force and position control",
+        "s",
+        minimum=0.001,
+        maximum=1,
     )
     contact_blend_time: float = parameter(
-        0.02, "the same after an early contact: into force control", "s", above=0
+        0.02, "the same after an early contact: into force control", "s", minimum=0.001, maximum=1
     )
     ground_stiffness: float = parameter(
         3e5,
         "vertical, of a foot's pads (estimate): how deep a loaded foot sinks in, and U",
         "N/m",
-        above=0,
+        minimum=5e4,
+        maximum=1e7,
     )
     horizontal_lead: float = parameter(
         0.05, "part of the swing before the foot moves forward", "-", minimum=0, maximum=0.4
@@ -109,6 +120,9 @@ class WalkingPatternParams:
 
     def __post_init__(self):
         validate(self)
+        if self.double_support > self.step_time - LEAST_SWING:
+            allowed = f"<= step_time - {LEAST_SWING:g} s = {self.step_time - LEAST_SWING:.6g} s"
+            raise ParameterError("double_support", self.double_support, allowed)
 
     def timing(self) -> GaitTiming:
         """Return the part that the schedule of the gait needs."""

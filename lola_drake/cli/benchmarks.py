@@ -5,9 +5,9 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
-from rich.console import Console
 
-from lola_drake.cli.common import COUNT, Json, errors_in_one_line, progress_bar
+from lola_drake.cli.common import COUNT, Force, Json, errors_in_one_line, progress_bar
+from lola_drake.cli.terminal import show
 
 app = typer.Typer()
 
@@ -24,15 +24,18 @@ def bench(
     output: Annotated[Path, typer.Option("--output", "-o", help="File of the result.")] = Path(
         "bench.json"
     ),
+    force: Force = False,
     as_json: Json = False,
 ) -> None:
     """Measure how long a tick takes: closed loop, bare plant and every block, in turns."""
+    from lola_drake.atomic_file import check_file
     from lola_drake.benchmarks.bench import bench as measure
     from lola_drake.benchmarks.bench_tables import bench_table, mujoco_tables, scaling_table
     from lola_drake.studies.study import write_json
 
     more = {}
     with errors_in_one_line():
+        check_file(output, force=force)
         if vs_mujoco:
             from lola_drake.benchmarks.bench_mujoco import bench_mujoco
 
@@ -50,10 +53,9 @@ def bench(
     if as_json:
         print(json.dumps(content, indent=2))
         return
-    console = Console()
-    console.print(bench_table(content))
+    show(bench_table(content))
     for table in mujoco_tables(content["mujoco"]) if vs_mujoco else ():
-        console.print(table)
+        show(table)
     if scaling:
-        console.print(scaling_table(content["scaling"]))
+        show(scaling_table(content["scaling"]))
     print(f"written to {output}")

@@ -1,13 +1,20 @@
 """What the commands of `lola` share."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from pathlib import Path
 from time import monotonic
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 from rich.console import Console
 from rich.progress import BarColumn, Progress, ProgressColumn, TextColumn, TimeElapsedColumn
+
+if TYPE_CHECKING:
+    from lola_drake.results import Result
+
+FAILED = 1
+"""Exit code where the simulation itself went wrong."""
 
 INTERRUPTED = 130
 """Exit code after Ctrl-C, as shells give it."""
@@ -26,19 +33,60 @@ Host = Annotated[
 ]
 
 
+def fail(message: str) -> None:
+    """Say on stderr, in one line, what is wrong."""
+    typer.echo(f"lola: {message}", err=True)
+
+
+Seed = Annotated[int | None, typer.Option(help="Seed of all random numbers.")]
+
+Force = Annotated[bool, typer.Option("--force", help="Replace what is there already.")]
+
+
+def changed(changes: Sequence[str] | None, **options: object) -> list[str]:
+    """Return all changes of a scenario: those of `--set`, and those with an option of their own."""
+    given = [f"{name}={value}" for name, value in options.items() if value is not None]
+    return [*(changes or []), *given]
+
+
 @contextmanager
 def errors_in_one_line() -> Iterator[None]:
     """Exit with code 2 and one line on stderr where a user's input cannot be used."""
-    from lola_drake.atomic_file import OutputError
+    from lola_drake.errors import LolaError
     from lola_drake.linear.errors import AnalysisError
-    from lola_drake.results import ResultError
-    from lola_drake.scenario import ScenarioError
 
     try:
         yield
-    except (ScenarioError, ResultError, OutputError, AnalysisError) as error:
-        typer.echo(f"lola: {error}", err=True)
+    except (LolaError, AnalysisError) as error:
+        fail(str(error))
         raise typer.Exit(2) from None
+
+
+@contextmanager
+def drawn(folder: Path) -> Iterator[None]:
+    """Say where the record is, when something goes wrong with what is made of it."""
+    from lola_drake.atomic_file import reason
+    from lola_drake.errors import LolaError, OutputError
+
+    try:
+        yield
+    except Exception as error:
+        kind = "" if isinstance(error, LolaError) else f"{type(error).__name__}: "
+        text = f"{kind}{reason(error)}; what was recorded is kept in {folder}"
+        raise OutputError(text) from None
+
+
+def exit_for(results: "Sequence[Result]", folder: Path) -> None:
+    """Exit where a run has not come to its end, and say why if nobody has asked for that."""
+    for result in results:
+        if result.error is not None:
+            scenario = result.scenario
+            told = f"{scenario.name} ({scenario.variant}) {result.end}"
+            fail(f"{told}; what was recorded is kept in {folder}")
+    if any(result.error is not None for result in results):
+        raise typer.Exit(FAILED)
+    if any(not result.completed and result.fall_time is None for result in results):
+        raise typer.Exit(INTERRUPTED)
 
 
 COUNT = TextColumn("{task.completed} of {task.total}")

@@ -9,6 +9,7 @@ import typer
 from lola_drake.cli.common import (
     COUNT,
     Changes,
+    Force,
     Json,
     ScenarioName,
     errors_in_one_line,
@@ -45,6 +46,7 @@ def linearize(
         bool, typer.Option("--measured", help="Measure the responses in the simulation, too.")
     ] = False,
     output: Output = Path("runs/linear"),
+    force: Force = False,
     as_json: Json = False,
 ) -> None:
     """Linearise a part of the loop: poles, margins, Bode, root locus."""
@@ -54,6 +56,7 @@ def linearize(
     from lola_drake.scenario import load_scenario
 
     with errors_in_one_line():
+        _check([name, *([f"{name}_measured"] if measured else [])], output, force)
         analysis = analyse(name, load_scenario(scenario, changes or []), at, locus=locus)
         numbers = as_numbers(analysis)
         text, figures = report(analysis), {name: analysis_figure(analysis)}
@@ -74,15 +77,18 @@ def map_(
     at: At = None,
     changes: Changes = None,
     torso: Annotated[
-        float, typer.Option(min=0, help="Frequency of a flexible torso (Hz); 0 for a rigid one.")
+        float, typer.Option(min=0, max=500, help="Frequency of a flexible torso (Hz); 0: rigid.")
     ] = 0.0,
-    torso_damping: Annotated[float, typer.Option(min=0, help="Its damping ratio.")] = 0.05,
-    torso_share: Annotated[float, typer.Option(help="Part of it that the IMU sees.")] = 1.0,
+    torso_damping: Annotated[float, typer.Option(min=0, max=10, help="Its damping ratio.")] = 0.05,
+    torso_share: Annotated[
+        float, typer.Option(min=-10, max=10, help="Part of it that the IMU sees.")
+    ] = 1.0,
     check: Annotated[
         bool, typer.Option("--check", help="Find the border by simulation, too.")
     ] = False,
     jobs: Jobs = 2,
     output: Output = Path("runs/linear"),
+    force: Force = False,
     as_json: Json = False,
 ) -> None:
     """Map the stability of the closed loop over two parameters."""
@@ -96,10 +102,11 @@ def map_(
     mode = FlexibleTorso(torso, torso_damping, torso_share) if torso else None
     with errors_in_one_line():
         kind, chosen = map_kind(name), load_scenario(scenario, changes or [])
+        file = f"map_{name}_flexible" if mode and name != "torso" else f"map_{name}"
+        _check([file], output, force)
         with progress_bar(name, None, COUNT) as advance:
             result = stability_map(kind, chosen, at, mode, jobs, advance)
         borders = compare_borders(chosen, result.at) if check else None
-        file = f"map_{name}_flexible" if mode and name != "torso" else f"map_{name}"
         paths = _save({file: map_figure(result)}, output)
     if as_json:
         print(json.dumps(result.as_numbers() | {"borders": borders}, indent=2))
@@ -122,6 +129,7 @@ def poincare(
     changes: Changes = None,
     jobs: Jobs = 2,
     output: Output = Path("runs/linear"),
+    force: Force = False,
     as_json: Json = False,
 ) -> None:
     """Find the Floquet multipliers of a gait, from stride to stride."""
@@ -131,11 +139,13 @@ def poincare(
 
     maps = {}
     with errors_in_one_line():
+        file = f"poincare_{load_scenario(scenario, changes or []).name}"
+        _check([file], output, force)
         for variant in variants or ["ref", "dyn"]:
             chosen = load_scenario(scenario, [*(changes or []), f"variant={variant}"])
             with progress_bar(f"{scenario} {variant}", None, COUNT) as advance:
                 maps[variant] = stride_map(chosen, jobs, advance)
-        paths = _save({f"poincare_{scenario}": multipliers_figure(maps)}, output)
+        paths = _save({file: multipliers_figure(maps)}, output)
     if as_json:
         print(json.dumps({name: stride.as_numbers() for name, stride in maps.items()}, indent=2))
         return
@@ -151,6 +161,15 @@ def _measure(analysis: "Analysis"):
     models, measured, table = compare(analysis)
     title = f"{analysis.name}: linear model (line) and nonlinear simulation (dots)"
     return table, measured_figure(title, models, measured)
+
+
+def _check(names: list[str], folder: Path, force: bool) -> None:
+    """Refuse what `_save` would replace, before there is anything to save."""
+    from lola_drake.atomic_file import check_file
+
+    for name in names:
+        for kind in ("svg", "png"):
+            check_file(folder / f"{name}.{kind}", force=force)
 
 
 def _save(figures: dict, folder: Path) -> list[Path]:

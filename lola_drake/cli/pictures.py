@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from lola_drake.cli.common import Changes, Host, ScenarioName, errors_in_one_line
+from lola_drake.cli.common import Changes, Force, Host, ScenarioName, errors_in_one_line
 
 if TYPE_CHECKING:
     from lola_drake.results import Result
@@ -40,6 +40,7 @@ def write_views(result: "Result", folder: Path, *, pictures: bool, video: bool) 
 @app.command()
 def diagram(
     scenario: ScenarioName = "walk_flat",
+    changes: Changes = None,
     depth: Annotated[
         int, typer.Option(min=0, help="Levels to open; 0 shows one block with all its signals.")
     ] = 1,
@@ -54,19 +55,23 @@ def diagram(
     all_: Annotated[
         bool, typer.Option("--all", help="Write every picture, with an index, into a folder.")
     ] = False,
+    force: Force = False,
 ) -> None:
     """Draw the block diagram of a simulation, or of one system in it."""
+    from lola_drake.atomic_file import check_file
     from lola_drake.diagram.block_diagram import save_diagram, write_all
     from lola_drake.scenario import load_scenario
-    from lola_drake.simulation import build_simulation
+    from lola_drake.world import build_simulation
 
     with errors_in_one_line():
         if all_:
-            written = write_all(output or Path("diagrams"))
+            folder = output or Path("diagrams")
+            check_file(folder / "README.md", force=force)
+            written = write_all(folder)
         else:
-            simulation = build_simulation(load_scenario(scenario))
+            path = check_file(output or Path(f"{system or 'simulation'}.svg"), force=force)
+            simulation = build_simulation(load_scenario(scenario, changes or []))
             options = {"system": system, "depth": depth, "logging": logging}
-            path = output or Path(f"{system or 'simulation'}.svg")
             written = [save_diagram(simulation, path, **options)]
     for path in written:
         print(path)
@@ -81,13 +86,17 @@ def report(
     video: Annotated[
         Path | None, typer.Option(help="Also a film of the first run, .webp or .mp4.")
     ] = None,
+    force: Force = False,
 ) -> None:
     """Write one page about some runs, side by side: metrics, replays, figures, settings."""
+    from lola_drake.atomic_file import check_file
     from lola_drake.reports.run_report import write_report
     from lola_drake.results import load_result
     from lola_drake.view3d.video import save_video
 
     with errors_in_one_line():
+        for path in (output, video) if video else (output,):
+            check_file(path, force=force)
         results = [load_result(run) for run in runs]
         print(write_report(results, output))
         if video is not None:
@@ -121,12 +130,16 @@ def export(
     output: Annotated[
         Path | None, typer.Option("--output", "-o", help="File (RUN/signals.mcap).")
     ] = None,
+    force: Force = False,
 ) -> None:
     """Write the signals of a run in the format of another tool."""
+    from lola_drake.atomic_file import check_file
     from lola_drake.mcap_export import export_mcap
     from lola_drake.results import load_result
 
     if not mcap:
         raise typer.BadParameter("say in which format, there is --mcap")
     with errors_in_one_line():
-        print(export_mcap(load_result(run), output or run / "signals.mcap", rate=rate))
+        result = load_result(run)
+        path = check_file(output or run / "signals.mcap", force=force)
+        print(export_mcap(result, path, rate=rate))

@@ -1,6 +1,7 @@
 """The commands of `lola` around one run: simulate, list."""
 
 import json
+import tempfile
 from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -12,15 +13,20 @@ from rich.table import Table
 from rich.text import Text
 
 from lola_drake.cli.common import (
-    INTERRUPTED,
     Changes,
+    Force,
     Host,
     Json,
     ScenarioName,
+    Seed,
+    changed,
+    drawn,
     errors_in_one_line,
+    exit_for,
     progress_bar,
 )
 from lola_drake.cli.pictures import live_view, write_views
+from lola_drake.cli.terminal import show
 from lola_drake.paths import list_scenarios
 
 if TYPE_CHECKING:
@@ -33,12 +39,12 @@ app = typer.Typer()
 def simulate(
     scenario: ScenarioName,
     changes: Changes = None,
-    seed: Annotated[int | None, typer.Option(help="Seed of all random numbers.")] = None,
+    seed: Seed = None,
     variant: Annotated[str | None, typer.Option(help="ref, dyn or original.")] = None,
     output: Annotated[
         Path | None, typer.Option("--output", "-o", help="Folder of the run (runs/SCENARIO).")
     ] = None,
-    force: Annotated[bool, typer.Option("--force", help="Replace the run in that folder.")] = False,
+    force: Force = False,
     pictures: Annotated[
         bool, typer.Option(help="Write figures, a replay and a report into the folder.")
     ] = True,
@@ -53,30 +59,41 @@ def simulate(
     quiet: Annotated[bool, typer.Option("--quiet", help="Show no progress, no table.")] = False,
 ) -> None:
     """Run a scenario; write its signals, metrics and pictures into a folder."""
+    from lola_drake.interruption import interruption
     from lola_drake.results import check_folder
     from lola_drake.scenario import load_scenario
     from lola_drake.simulation import simulate as run
 
-    options = {"seed": seed, "variant": variant}
-    given = [f"{name}={value}" for name, value in options.items() if value is not None]
     with errors_in_one_line():
-        chosen = load_scenario(scenario, [*(changes or []), *given])
+        chosen = load_scenario(scenario, changed(changes, seed=seed, variant=variant))
         folder = output or Path("runs") / chosen.name
         check_folder(folder, force=force)
         view = live_view(chosen, host) if meshcat else None
         with _simulated(chosen.name, chosen.duration, show=not quiet) as advance:
             result = run(chosen, progress=advance, attend=view)
         result = view.signed(result) if view else result
-        result.save(folder, force=force)
-        with _status("drawing pictures", show=not quiet):
+        with interruption():
+            _save(result, folder, force=force)
+        with _status("drawing pictures", show=not quiet), drawn(folder):
             write_views(result, folder, pictures=pictures, video=video)
     if as_json:
         print(json.dumps(result.summary, indent=2))
     elif not quiet:
-        Console().print(_summary_table(result))
+        show(_summary_table(result))
         print(f"written to {folder}")
-    if not result.completed and result.fall_time is None:
-        raise typer.Exit(INTERRUPTED)
+    exit_for([result], folder)
+
+
+def _save(result: "Result", folder: Path, *, force: bool) -> None:
+    """Save a run; where its disk is full, among the temporary files."""
+    from lola_drake.errors import ResultError
+
+    try:
+        result.save(folder, force=force)
+    except ResultError as error:
+        spare = Path(tempfile.mkdtemp(prefix="lola-")) / result.scenario.name
+        result.save(spare)
+        raise ResultError(f"{error}; the run is kept in {spare}") from None
 
 
 @app.command("list")

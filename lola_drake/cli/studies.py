@@ -15,9 +15,14 @@ from lola_drake.cli.common import (
     Changes,
     Json,
     ScenarioName,
+    Seed,
+    changed,
+    drawn,
     errors_in_one_line,
+    exit_for,
     progress_bar,
 )
+from lola_drake.cli.terminal import show
 
 if TYPE_CHECKING:
     from lola_drake.studies.study import Study
@@ -35,6 +40,7 @@ def compare(
         "ref,dyn"
     ),
     changes: Changes = None,
+    seed: Seed = None,
     output: Folder = None,
     force: Annotated[
         bool, typer.Option("--force", help="Replace the comparison in that folder.")
@@ -43,28 +49,38 @@ def compare(
     as_json: Json = False,
 ) -> None:
     """Run a scenario in several variants; write a table and a figure of them side by side."""
+    from lola_drake.errors import ResultError
+    from lola_drake.interruption import interruption
     from lola_drake.results import check_folder
     from lola_drake.scenario import load_scenario
     from lola_drake.studies.tables import comparison_table
     from lola_drake.studies.variants import (
         COMPARISON_FILES,
         comparison,
-        run_variants,
         write_comparison,
+        write_runs,
     )
+    from lola_drake.studies.variants import compare as run
 
     with errors_in_one_line():
-        chosen = load_scenario(scenario, changes or [])
+        chosen = load_scenario(scenario, changed(changes, seed=seed))
         folder = output or Path("runs") / f"compare_{chosen.name}"
         check_folder(folder, force=force, files=COMPARISON_FILES, what="comparison")
+        names = [name.strip() for name in variants.split(",")]
         with Console(stderr=True).status(f"{chosen.name}: {variants}"):
-            results = run_variants(chosen, variants.split(","), jobs)
-        write_comparison(results, folder, force=force)
+            results = run(chosen, names, jobs)
+        with interruption():
+            write_runs(results, folder, force=force)
+        if len(results) < len(names):
+            raise ResultError(f"not all variants ran; what was recorded is kept in {folder}")
+        with drawn(folder):
+            write_comparison(results, folder)
     if as_json:
         print(json.dumps(comparison(results), indent=2))
-        return
-    Console().print(comparison_table(comparison(results)))
-    print(f"written to {folder}")
+    else:
+        show(comparison_table(comparison(results)))
+        print(f"written to {folder}")
+    exit_for(results, folder)
 
 
 @app.command()
@@ -92,13 +108,14 @@ def reproduce(
         study = Study(folder / "runs.jsonl")
         with _keeping(study), progress_bar("reproduction", total, COUNT) as advance:
             outcomes = run_experiments(study, samples, jobs, advance)
-        content = reproduction(outcomes)
-        write_json(content, folder / "reproduction.json")
-        save_figure(reproduction_figure(outcomes), folder, "reproduction")
+        with drawn(folder):
+            content = reproduction(outcomes)
+            write_json(content, folder / "reproduction.json")
+            save_figure(reproduction_figure(outcomes), folder, "reproduction")
     if as_json:
         print(json.dumps(content, indent=2))
         return
-    Console().print(reproduction_table(content))
+    show(reproduction_table(content))
     print(f"written to {folder}")
 
 
@@ -124,12 +141,13 @@ def tune(
         study = Study(folder / "runs.jsonl")
         with _keeping(study), progress_bar("trials", budget, COUNT) as advance:
             trials = search(study, samples, budget, jobs, lambda trials: advance(len(trials)))
-        content = record(trials, samples)
-        write_json(content, folder / "tuning.json")
+        with drawn(folder):
+            content = record(trials, samples)
+            write_json(content, folder / "tuning.json")
     if as_json:
         print(json.dumps(content, indent=2))
         return
-    Console().print(tuning_table(content))
+    show(tuning_table(content))
     print(f"written to {folder}")
 
 

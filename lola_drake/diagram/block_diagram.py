@@ -18,8 +18,8 @@ from lola_drake.diagram.graph import read_block
 from lola_drake.diagram.layout import make_sheet
 from lola_drake.diagram.sheet import Link, draw_sheet
 from lola_drake.scenario import load_scenario
-from lola_drake.simulation import build_simulation
 from lola_drake.typed_yaml import suggestion
+from lola_drake.world import build_simulation
 
 FORMATS = (".svg", ".png", ".pdf", ".dot")
 COMMAND = "lola diagram --all"

@@ -12,9 +12,9 @@ from lola_drake.figures.run_figures import figure_bytes
 from lola_drake.figures.style import look
 from lola_drake.results import Result
 from lola_drake.scenario import Scenario, differences
-from lola_drake.simulation import build_simulation
 from lola_drake.typed_yaml import leaves, plain
 from lola_drake.view3d.replay import UNPACK
+from lola_drake.world import build_simulation
 
 STYLE = """
 :root { color-scheme: light dark; --ink: #1f2328; --faint: #5f6873; --page: #fff; --card: #f6f8fa;

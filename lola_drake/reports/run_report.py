@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from lola_drake.atomic_file import whole_file
+from lola_drake.errors import OutputError
 from lola_drake.figures.run_figures import draw_figures, figure_bytes
 from lola_drake.reports.report_page import RunPictures, report_page
 from lola_drake.results import Result
@@ -11,9 +12,20 @@ from lola_drake.view3d.replay import loading_page, packed_replay
 
 FIGURES, REPLAY, REPORT = "figures", "replay.html", "report.html"
 
+LEAST_SAMPLES = 2
+"""Of a run that can be drawn."""
+
+
+def check_drawable(results: Sequence[Result]) -> None:
+    """Refuse runs that ended before there was anything to draw."""
+    for result in results:
+        if len(result.times) < LEAST_SAMPLES:
+            raise OutputError(f"{result.scenario.name}: too short for pictures, {result.end}")
+
 
 def write_pictures(result: Result, folder: str | Path) -> None:
     """Write a run's figures, replay and report into its folder."""
+    check_drawable([result])
     folder, pictures = Path(folder), RunPictures({}, packed_replay(result))
     for name, figure in draw_figures(result).items():
         for kind in ("svg", "png"):
@@ -28,7 +40,14 @@ def write_pictures(result: Result, folder: str | Path) -> None:
 
 
 def write_report(results: Sequence[Result], path: str | Path) -> Path:
-    """Write one page about some runs; the first is what the others are compared with."""
+    """Write one page about some runs; the first is what the others are compared with.
+
+    Raises:
+        OutputError: If there is no run, or nothing in one, or the page cannot be written.
+    """
+    if not results:
+        raise OutputError("a report needs at least one run")
+    check_drawable(results)
     pictures = [
         RunPictures(
             {name: figure_bytes(figure, "svg") for name, figure in draw_figures(result).items()},

@@ -7,12 +7,11 @@ from collections.abc import Callable, Sequence
 from functools import cache
 from pathlib import Path
 
-from joblib import Parallel, delayed
-
-from lola_drake.atomic_file import whole_file
+from lola_drake.atomic_file import write_json as write_json
 from lola_drake.paths import models_dir
 from lola_drake.results import ResultError, software_versions
 from lola_drake.scenario import Scenario, differences, dump_scenario
+from lola_drake.studies.workers import WorkerLost, each_done
 
 Summary = dict[str, object]
 
@@ -68,23 +67,30 @@ class Study:
 
         Raises:
             KeyboardInterrupt: If a run was interrupted; what is done by then is kept.
+            ResultError: If the process of a run was killed; all others are done and kept.
         """
         keys = [run_key(scenario) for scenario in scenarios]
         missing = {k: s for k, s in zip(keys, scenarios, strict=True) if k not in self._known}
         report = progress or (lambda done: None)
         done = len(set(keys)) - len(missing)
         report(done)
-        if missing:
-            runs = Parallel(n_jobs=jobs, return_as="generator_unordered")(
-                delayed(_summary)(key, scenario) for key, scenario in missing.items()
-            )
-            for key, summary in runs:
-                self._keep(key, missing[key], summary)
-                done += 1
-                report(done)
+        lost = 0
+        for i, summary in each_done(_summary, list(missing.values()), jobs):
+            if isinstance(summary, WorkerLost):
+                lost += 1
+                continue
+            key = list(missing)[i]
+            self._keep(key, missing[key], summary)
+            done += 1
+            report(done)
+        if lost:
+            kept = f"{len(self._known)} are kept in {self.file}, start again"
+            raise ResultError(f"{lost} runs were lost, their processes were killed; {kept}")
         return [self._known[key] for key in keys]
 
     def _keep(self, key: str, scenario: Scenario, summary: Summary) -> None:
+        if summary["error"]:
+            raise ResultError(f"{scenario.name}, seed {scenario.seed}: {summary['error']}")
         if not (summary["completed"] or summary["fell"]):
             raise KeyboardInterrupt
         record = {"key": key, "scenario": differences(scenario), "summary": summary}
@@ -95,10 +101,10 @@ class Study:
         self._known[key] = summary
 
 
-def _summary(key: str, scenario: Scenario) -> tuple[str, Summary]:
+def _summary(scenario: Scenario) -> Summary:
     from lola_drake.simulation import simulate
 
-    return key, simulate(scenario).summary
+    return simulate(scenario).summary
 
 
 def run_key(scenario: Scenario) -> str:
@@ -122,9 +128,3 @@ def software_digest() -> str:
     for path in sorted([*sources, *robot.glob("*.urdf")]):
         digest.update(path.read_bytes())
     return digest.hexdigest()
-
-
-def write_json(content: object, path: str | Path) -> None:
-    """Write plain data as JSON, wholly or not at all."""
-    with whole_file(path) as file:
-        file.write_text(json.dumps(content, indent=2, allow_nan=False) + "\n", encoding="utf-8")

@@ -1,15 +1,15 @@
 """One scenario in several variants, side by side."""
 
-import json
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from joblib import Parallel, delayed
-
+from lola_drake.atomic_file import whole_folder, write_json
+from lola_drake.errors import ResultError
 from lola_drake.figures.run_figures import save_figure
 from lola_drake.figures.variants_figure import variants_figure
-from lola_drake.results import Result, whole_folder
-from lola_drake.scenario import Scenario, ScenarioError, override
+from lola_drake.results import Result
+from lola_drake.scenario import Scenario, ScenarioError, as_scenario, override
+from lola_drake.studies.workers import each_done
 
 COMPARISON = "compare.json"
 COMPARISON_FILES = frozenset({COMPARISON})
@@ -27,18 +27,39 @@ COMPARED = (
 Summary = Mapping[str, object]
 
 
-def run_variants(scenario: Scenario, variants: Sequence[str], jobs: int = 2) -> list[Result]:
+def compare(
+    scenario: Scenario | str | Path, variants: Sequence[str] = ("ref", "dyn"), jobs: int = 2
+) -> list[Result]:
     """Return the runs of a scenario in every variant; several run at a time.
+
+    Ctrl-C ends all of them; what was recorded is returned, as `simulate` does.
 
     Raises:
         ScenarioError: If there are not at least two variants, or there is no such one.
+        ResultError: If the process of a run was killed.
     """
-    from lola_drake.simulation import simulate
-
     if len(set(variants)) < max(2, len(variants)):
         raise ScenarioError(f"variants {', '.join(variants)}: at least two, all different")
-    chosen = [override(scenario, {"variant": variant}) for variant in variants]
-    return Parallel(n_jobs=jobs)(delayed(simulate)(scenario) for scenario in chosen)
+    base = as_scenario(scenario)
+    chosen = [override(base, {"variant": variant}) for variant in variants]
+    results: dict[int, Result] = {}
+    try:
+        for i, result in each_done(_simulated, chosen, jobs):
+            if isinstance(result, Result):
+                results[i] = result
+    except KeyboardInterrupt:
+        if not results:
+            raise
+    else:
+        if not results:
+            raise ResultError(f"{base.name}: all processes were killed")
+    return [results[i] for i in sorted(results)]
+
+
+def _simulated(scenario: Scenario) -> Result:
+    from lola_drake.simulation import simulate
+
+    return simulate(scenario)
 
 
 def comparison(results: Sequence[Result]) -> dict[str, object]:
@@ -74,8 +95,8 @@ def _change(first: object, second: object) -> object:
     return 100.0 * (second - first) / first
 
 
-def write_comparison(results: Sequence[Result], folder: str | Path, *, force: bool = False) -> None:
-    """Write compare.json, the figure and every run into a folder, wholly or not at all.
+def write_runs(results: Sequence[Result], folder: str | Path, *, force: bool = False) -> None:
+    """Write every run, and all summaries, into a folder, wholly or not at all.
 
     Args:
         results: the runs, of different variants.
@@ -88,6 +109,11 @@ def write_comparison(results: Sequence[Result], folder: str | Path, *, force: bo
     with whole_folder(folder, force=force, files=COMPARISON_FILES, what="comparison") as partial:
         for result in results:
             result.save(partial / result.scenario.variant)
-        text = json.dumps(comparison(results), indent=2, allow_nan=False)
-        (partial / COMPARISON).write_text(text + "\n", encoding="utf-8")
-        save_figure(variants_figure(results), partial, "comparison")
+        summaries = {result.scenario.variant: result.summary for result in results}
+        write_json({"variants": summaries}, partial / COMPARISON)
+
+
+def write_comparison(results: Sequence[Result], folder: str | Path) -> None:
+    """Write what is made of at least two runs, compare.json and the figure, to them."""
+    write_json(comparison(results), Path(folder) / COMPARISON)
+    save_figure(variants_figure(results), Path(folder), "comparison")

@@ -17,6 +17,7 @@ from pydrake.math import RigidTransform, RollPitchYaw
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.systems.framework import DiagramBuilder
 
+from lola_drake.errors import OutputError, shown
 from lola_drake.plant import add_plant
 from lola_drake.scenario import Scenario
 
@@ -42,7 +43,12 @@ def open_meshcat(*, host: str = "localhost", live: bool = False) -> Meshcat:
     """
     # A page needs no well-known port: 0 lets the system choose a free one.
     params = MeshcatParams(host=host, port=None if live else 0, show_stats_plot=live)
-    meshcat = Meshcat(params)
+    try:
+        meshcat = Meshcat(params)
+    except RuntimeError:
+        raise OutputError(
+            f"no page can be shown at {shown(host)}: no such address or port"
+        ) from None
     meshcat.SetProperty("/Background", "top_color", [0.97, 0.98, 0.99])
     meshcat.SetProperty("/Background", "bottom_color", [0.84, 0.86, 0.88])
     meshcat.SetProperty("/Axes", "visible", False)

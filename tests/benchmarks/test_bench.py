@@ -77,7 +77,7 @@ def test_block_alone_computes_what_it_computes_in_the_loop(monkeypatch):
 
     from lola_drake.blocks.force_distribution import ForceDistribution
     from lola_drake.scenario import load_scenario
-    from lola_drake.simulation import build_simulation
+    from lola_drake.world import build_simulation
 
     calls = []
     calc = ForceDistribution._calc

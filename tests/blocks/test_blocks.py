@@ -7,7 +7,7 @@ import yaml
 from lola_drake import signals
 from lola_drake.scenario import Scenario
 from lola_drake.signals import JOINTS, PERIOD, Signal
-from lola_drake.simulation import build_simulation
+from lola_drake.world import build_simulation
 
 FEEDTHROUGH = {
     "walking_pattern": {

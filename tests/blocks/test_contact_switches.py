@@ -9,7 +9,7 @@ from lola_drake.blocks.contact_switches import ContactSwitchesParams, pad_forces
 from lola_drake.parameters import ParameterError
 from lola_drake.scenario import Scenario
 from lola_drake.signals import PERIOD
-from lola_drake.simulation import build_simulation
+from lola_drake.world import build_simulation
 
 CLOSE, OPEN = 15.0, 8.0
 

@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-
 from lola_drake.blocks.noise import CHUNK, Noise
 
 LONG = 20 * CHUNK

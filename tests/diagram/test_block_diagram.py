@@ -16,7 +16,7 @@ from lola_drake.diagram.graph import read_block
 from lola_drake.diagram.layout import make_sheet
 from lola_drake.diagram.sheet import draw_sheet
 from lola_drake.scenario import load_scenario
-from lola_drake.simulation import build_simulation
+from lola_drake.world import build_simulation
 
 COMMITTED = Path(__file__).parents[2] / "diagrams"
 

@@ -9,7 +9,7 @@ from lola_drake.controller import WalkingController
 from lola_drake.robot import Kinematics
 from lola_drake.scenario import load_scenario
 from lola_drake.signals import JOINTS, PERIOD
-from lola_drake.simulation import build_simulation
+from lola_drake.world import build_simulation
 
 SWING = 2
 """Where the state of the walking pattern holds the foot that swings next."""

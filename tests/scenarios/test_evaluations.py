@@ -15,8 +15,8 @@ from pydrake.systems.framework import InputPort, LeafSystem, OutputPort
 from lola_drake import blocks
 from lola_drake.robot import Kinematics
 from lola_drake.scenario import load_scenario
-from lola_drake.simulation import build_simulation
 from lola_drake.theory import step_plan
+from lola_drake.world import build_simulation
 
 TICKS = 50
 """In the middle of a swing: no step is planned, and one foot is on the ground."""

@@ -10,12 +10,14 @@ from pydrake.math import RigidTransform, RollPitchYaw, RotationMatrix
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
 
+from lola_drake.plant import add_plant
 from lola_drake.robot import PADS
 from lola_drake.scenario import Ground, load_scenario
 from lola_drake.signals import MEASURED_WRENCH
-from lola_drake.simulation import add_plant, build_simulation, simulate
+from lola_drake.simulation import simulate
 from lola_drake.theory.constants import GRAVITY
 from lola_drake.theory.contact_model import contact_matrix
+from lola_drake.world import build_simulation
 
 
 class PressedFoot:

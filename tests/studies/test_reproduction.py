@@ -10,7 +10,7 @@ import pytest
 from lola_drake.scenario import Scenario, ScenarioError, differences, override
 from lola_drake.studies.reproduction import EXPERIMENTS, Outcome, reproduction, run_experiments
 from lola_drake.studies.study import Study
-from lola_drake.studies.variants import COMPARED, change_percent, comparison, run_variants
+from lola_drake.studies.variants import COMPARED, change_percent, compare, comparison
 
 
 def summary(**changes):
@@ -59,7 +59,7 @@ def test_a_fall_has_no_change():
 
 
 def test_comparison_of_two_variants(inclined):
-    results = run_variants(Scenario(name="made_up", seed=1), ["ref", "dyn"], jobs=1)
+    results = compare(Scenario(name="made_up", seed=1), ["ref", "dyn"], jobs=1)
     content = comparison(results)
     assert content["scenario"] == "made_up"
     assert list(content["variants"]) == ["ref", "dyn"]
@@ -70,7 +70,7 @@ def test_comparison_of_two_variants(inclined):
 
 def test_an_unknown_variant_is_said_before_anything_runs():
     with pytest.raises(ScenarioError, match="variant"):
-        run_variants(Scenario(), ["ref", "best"])
+        compare(Scenario(), ["ref", "best"])
 
 
 def test_median_quartiles_and_falls_of_paired_changes():

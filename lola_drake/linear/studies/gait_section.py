@@ -17,7 +17,7 @@ from lola_drake.linear.wiring import Wiring
 from lola_drake.plant import has_fallen
 from lola_drake.scenario import Scenario, override
 from lola_drake.signals import GAIT_PHASE, PERIOD
-from lola_drake.simulation import build_simulation
+from lola_drake.world import build_simulation
 
 STEPS_PER_STRIDE = 2
 SETTLED = 1e-6

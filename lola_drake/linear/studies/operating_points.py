@@ -12,7 +12,7 @@ from lola_drake.linear.studies.poses import Pose, place
 from lola_drake.linear.tick_loop import TickLoop
 from lola_drake.plant import has_fallen
 from lola_drake.scenario import Scenario, override
-from lola_drake.simulation import build_simulation
+from lola_drake.world import build_simulation
 
 QUIET = (
     "sensors.imu.angle_noise",

@@ -8,7 +8,7 @@ from lola_drake.linear.linear_blocks import is_held, linear_blocks
 from lola_drake.linear.studies.operating_points import Situation, quiet, situation
 from lola_drake.linear.wiring import Selection, Wiring
 from lola_drake.scenario import Scenario, override
-from lola_drake.simulation import build_simulation
+from lola_drake.world import build_simulation
 
 
 @dataclass(frozen=True)

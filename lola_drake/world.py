@@ -1,0 +1,266 @@
+"""The closed loop as a Drake Diagram: plant, sensors and controller, block by block or fused."""
+
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from pydrake.geometry import SceneGraph
+from pydrake.multibody.plant import MultibodyPlant
+from pydrake.systems.framework import Diagram, DiagramBuilder, OutputPort, System
+from pydrake.systems.primitives import (
+    ConstantVectorSource,
+    Demultiplexer,
+    Multiplexer,
+    TrajectorySource,
+    VectorLogSink,
+)
+from pydrake.trajectories import PiecewisePolynomial
+
+from lola_drake.atomic_file import reason
+from lola_drake.block import Block
+from lola_drake.blocks.contact_switches import ContactSwitches
+from lola_drake.blocks.foot_force_sensor import FootForceSensor
+from lola_drake.blocks.imu import Imu
+from lola_drake.controller import (
+    Blocks,
+    Stance,
+    WalkingController,
+    add_block,
+    controller_blocks,
+    initial_stance,
+)
+from lola_drake.fused import FusedSystem
+from lola_drake.logged import LOGGED
+from lola_drake.plant import add_plant, pad_geometries, set_start
+from lola_drake.robot import Kinematics
+from lola_drake.scenario import Scenario, ScenarioError, Walk, as_scenario
+from lola_drake.servos import DampingServos, DriveGuard, ImplicitServos
+from lola_drake.signals import (
+    FEET,
+    JOINT_DESIRED_STATE,
+    JOINT_FEEDFORWARD,
+    JOINT_TORQUE,
+    PERIOD,
+)
+from lola_drake.swap import Replacement, swapped
+from lola_drake.theory.constants import GRAVITY
+
+
+@dataclass(frozen=True)
+class World:
+    """The plant in its start pose, and the blocks that sense and control it.
+
+    Attributes:
+        builder: of the diagram that has the plant.
+        plant, scene_graph: in that diagram.
+        servos: in the plant.
+        stance: how the robot stands at the start.
+        sensors, controller: the blocks, by name.
+    """
+
+    builder: DiagramBuilder
+    plant: MultibodyPlant
+    scene_graph: SceneGraph
+    servos: ImplicitServos | DampingServos
+    stance: Stance
+    sensors: Blocks
+    controller: Blocks
+
+
+def make_world(
+    scenario: Scenario,
+    blocks: Mapping[str, Replacement] | None = None,
+    servos: type[ImplicitServos | DampingServos] = ImplicitServos,
+) -> World:
+    """Return the plant of a scenario, and its blocks, some of them replaced."""
+    builder = DiagramBuilder()
+    plant, scene_graph = add_plant(builder, scenario.ground)
+    driven = servos(plant, scenario.control.servos)
+    plant.Finalize()
+    kinematics = Kinematics()
+    with _posture(scenario):
+        stance = initial_stance(scenario, kinematics)
+    set_start(plant, scenario.start, scenario.ground, stance.q, stance.p_PT)
+    sensors = _sensor_blocks(scenario, plant, scene_graph)
+    controller = controller_blocks(scenario, kinematics, stance, planned_steps(scenario.walk))
+    all_blocks = swapped(sensors | controller, blocks or {})
+    return World(
+        builder,
+        plant,
+        scene_graph,
+        driven,
+        stance,
+        {name: all_blocks[name] for name in sensors},
+        {name: all_blocks[name] for name in controller},
+    )
+
+
+@contextmanager
+def _posture(scenario: Scenario) -> Iterator[None]:
+    """Say which keys ask for a posture that the robot cannot take."""
+    try:
+        yield
+    except ValueError as error:
+        keys = "pattern.com_height, step_width and zmp_forward"
+        raise ScenarioError(f"{scenario.name}: {reason(error)}; see {keys}") from None
+
+
+def _sensor_blocks(
+    scenario: Scenario, plant: MultibodyPlant, scene_graph: SceneGraph
+) -> dict[str, Block]:
+    sensors = scenario.sensors
+    imu, foot_force, contact = (
+        params.ideal() if sensors.ideal else params
+        for params in (sensors.imu, sensors.foot_force, sensors.contact)
+    )
+    half_weight = 0.5 * plant.CalcTotalMass(plant.CreateDefaultContext()) * GRAVITY
+    welds = tuple(int(plant.GetJointByName(f"fts_{foot}").index()) for foot in FEET)
+    standing = np.tile([0.0, 0.0, half_weight, 0.0, 0.0, 0.0], 2)
+    return {
+        "imu": Imu(imu, scenario.seed),
+        "foot_force_sensor": FootForceSensor(foot_force, welds, standing, scenario.seed),
+        "contact_switches": ContactSwitches(contact, pad_geometries(plant, scene_graph)),
+    }
+
+
+def build_simulation(
+    scenario: Scenario | str | Path, blocks: Mapping[str, Replacement] | None = None
+) -> Diagram:
+    """Return the closed loop of a scenario as a Drake Diagram, in its start pose.
+
+    Args:
+        scenario: its parameters, the name of one that comes with the package, or a file's path.
+        blocks: laws of your own by the names of the blocks that they replace, see `swapped`.
+
+    Raises:
+        BlockError: if such a law does not fit.
+    """
+    scenario = as_scenario(scenario)
+    world = make_world(scenario, blocks)
+    builder, plant = world.builder, world.plant
+    controller = builder.AddNamedSystem("controller", WalkingController(world.controller))
+    sensors = [add_block(builder, name, block) for name, block in world.sensors.items()]
+    command = builder.AddNamedSystem("walk_command", _command_source(scenario.walk))
+    sources = {
+        port.get_name(): port
+        for system in sensors
+        for port in (system.get_output_port(i) for i in range(system.num_output_ports()))
+    } | _plant_ports(plant)
+    sources["walk_command"] = command.get_output_port()
+    for system in (controller, *sensors):
+        for i in range(system.num_input_ports()):
+            port = system.get_input_port(i)
+            builder.Connect(sources[port.get_name()], port)
+    world.servos.connect(
+        builder,
+        controller.GetOutputPort(JOINT_DESIRED_STATE.name),
+        controller.GetOutputPort(JOINT_FEEDFORWARD.name),
+    )
+    _add_log(builder, [port for _, port in log_ports(controller, plant, command, *sensors)])
+    diagram = builder.Build()
+    diagram.set_name("lola")
+    return diagram
+
+
+def build_fused(world: World, scenario: Scenario, *, compile_laws: bool | None = None) -> Diagram:
+    """Return the closed loop with all of sensors and controller in one system, for speed.
+
+    It does what the diagram of blocks does. The log has the row of the fused system.
+    """
+    builder, plant = world.builder, world.plant
+    guard = DriveGuard(torque_limit=plant.GetEffortUpperLimits())
+    blocks = world.sensors | {"drive_guard": guard} | world.controller
+    fused = builder.AddNamedSystem("fused", FusedSystem(blocks, compile_laws=compile_laws))
+    command = builder.AddNamedSystem("walk_command", _command_source(scenario.walk))
+    layout, state = fused.layout, fused.GetOutputPort("state")
+    torque = world.servos.connect(
+        builder,
+        _cut(builder, state, layout.signals[JOINT_DESIRED_STATE.name]),
+        _cut(builder, state, layout.signals[JOINT_FEEDFORWARD.name]),
+    )
+    sources = _plant_ports(plant) | {
+        "walk_command": command.get_output_port(),
+        JOINT_TORQUE.name: torque,
+    }
+    for i in range(fused.num_input_ports()):
+        port = fused.get_input_port(i)
+        builder.Connect(sources[port.get_name()], port)
+    _add_log(builder, [_cut(builder, fused.GetOutputPort("tick"), layout.visible)])
+    diagram = builder.Build()
+    diagram.set_name("lola")
+    return diagram
+
+
+def _cut(builder: DiagramBuilder, port: OutputPort, where: slice) -> OutputPort:
+    """Return a port with some entries of another one, without a call into Python."""
+    sizes = [where.start, where.stop - where.start, port.size() - where.stop]
+    cut = builder.AddSystem(Demultiplexer([size for size in sizes if size]))
+    builder.Connect(port, cut.get_input_port())
+    return cut.get_output_port(1 if where.start else 0)
+
+
+def _plant_ports(plant: MultibodyPlant) -> dict[str, OutputPort]:
+    """Return what sensors may read of the plant, by the names of their inputs."""
+    return {
+        "plant_state": plant.get_state_output_port(),
+        "reaction_forces": plant.get_reaction_forces_output_port(),
+        "contact_results": plant.get_contact_results_output_port(),
+    }
+
+
+def planned_steps(walk: Walk) -> np.ndarray | None:
+    """Return (forward, left, turn) of every planned step, shape (n, 3); None without a plan."""
+    if not walk.steps:
+        return None
+    return np.array(
+        [
+            (group.length, group.sideways, np.deg2rad(group.turn_deg))
+            for group in walk.steps
+            for _ in range(group.count)
+        ]
+    )
+
+
+def _command_source(walk: Walk) -> System:
+    if not walk.command:
+        return ConstantVectorSource([0.0, 0.0, 0.0])
+    times = [0.0, *(command.time for command in walk.command)]
+    values = [(0.0, 0.0, 0.0), *((c.v_x, c.v_y, c.turn_rate) for c in walk.command)]
+    if times[1] == 0.0:
+        times, values = times[1:], values[1:]
+    # The hold needs a last break, where the last command goes on.
+    times, values = [*times, times[-1] + 1.0], [*values, values[-1]]
+    return TrajectorySource(PiecewisePolynomial.ZeroOrderHold(times, np.transpose(values)))
+
+
+def _add_log(builder: DiagramBuilder, ports: list[OutputPort]) -> None:
+    """Log signals in one wide sink, one after the other."""
+    multiplexer = builder.AddNamedSystem(
+        "log_multiplexer", Multiplexer([port.size() for port in ports])
+    )
+    for i, port in enumerate(ports):
+        builder.Connect(port, multiplexer.get_input_port(i))
+    total = multiplexer.get_output_port().size()
+    log = builder.AddNamedSystem("log", VectorLogSink(total, publish_period=PERIOD))
+    builder.Connect(multiplexer.get_output_port(), log.get_input_port())
+
+
+def log_ports(
+    controller: Diagram, plant: MultibodyPlant, command: System, *sensors: System
+) -> list[tuple[str, OutputPort]]:
+    """Return the logged ports of a diagram of blocks, by their names in the record."""
+    ports = {
+        port.get_name(): port
+        for system in (controller, *sensors)
+        for port in (system.get_output_port(i) for i in range(system.num_output_ports()))
+    }
+    ports["walk_command"] = command.get_output_port()
+    ports = {name: port for name, port in ports.items() if name in LOGGED}
+    # The plant first: then all of Python runs in one go, while it is warm in the caches.
+    first = {
+        "plant_state": plant.get_state_output_port(),
+        "joint_torque": plant.get_net_actuation_output_port(),
+    }
+    return list((first | ports).items())
