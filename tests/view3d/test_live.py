@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from lola_drake.blocks.hybrid_force_control import HybridForceControl
 from lola_drake.blocks.walking_pattern import pack_request, standing_request
 from lola_drake.scenario import load_scenario, override
 from lola_drake.simulation import ENGINES, simulate, start
@@ -80,8 +81,14 @@ def test_a_gain_acts_without_a_rebuild(run, gain, signal):
     assert run.signal(signal) == pytest.approx(before, abs=1e-12)
 
 
-def test_twice_the_time_constant_halves_the_answer_to_a_force_error(run):
-    rates = []
+@pytest.mark.parametrize("engine", ENGINES)
+def test_twice_the_time_constant_halves_the_answer_to_a_force_error(stand, engine):
+    def behind_rigid_servos(block):
+        constants = block.constants | {"compliance": np.zeros((3, 3))}
+        return HybridForceControl(block.params, block.foot, **constants)
+
+    run, rates = start(stand, {"force_control": behind_rigid_servos}, engine), []
+    run.advance(0.05)
     for factor in (1.0, 2.0, 1e9):
         run.set_gain(find(run, "time_constant"), 0.02 * factor)
         rates.append(run.signal("task_command_l")[6 + 2])
