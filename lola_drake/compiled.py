@@ -44,13 +44,25 @@ def compiled(function: Callable, arguments: tuple) -> Callable:
     """
     import numba
 
-    twin = _twin(function)
+    twin = _called(function)
     try:
         twin.compile(tuple(numba.typeof(argument) for argument in arguments))
     except (numba.core.errors.NumbaError, NotImplementedError) as error:
         reason = str(error).strip().splitlines()
         raise NotCompilable(reason[0] if reason else type(error).__name__) from error
     return twin
+
+
+@cache
+def _called(function: Callable) -> Callable:
+    """Return the twin of a law as Python calls it: around the one that machine code calls.
+
+    The two must not share the objects that numba keeps with a function.
+    """
+    names = ", ".join(function.__code__.co_varnames[: function.__code__.co_argcount])
+    name = f"call_{function.__name__}"
+    text = f"def {name}({names}):\n    return law({names})\n"
+    return compiled_text(name, text, {"law": function})
 
 
 def compiled_text(name: str, text: str, functions: dict[str, Callable]) -> Callable:
@@ -61,15 +73,6 @@ def compiled_text(name: str, text: str, functions: dict[str, Callable]) -> Calla
     space = {"__name__": __name__} | {key: _twin(function) for key, function in functions.items()}
     exec(compile(text, str(path), "exec"), space)
     return _jit(space[name])
-
-
-def is_kept(function: Callable) -> bool:
-    """Return whether a function that `compiled_text` made was compiled before."""
-    return any(
-        Path(function.stats.cache_path).glob(
-            f"{Path(function.py_func.__code__.co_filename).stem}.*"
-        )
-    )
 
 
 @cache
