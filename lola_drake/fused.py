@@ -10,12 +10,12 @@ called as plain Python: blocks that are no pure law, such as the walking pattern
 numba does not know.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from itertools import groupby
 
 import numpy as np
-from pydrake.systems.framework import BasicVector, LeafSystem
+from pydrake.systems.framework import BasicVector, Context, InputPort, LeafSystem
 
 from lola_drake.block import Argument, Block, BlockError, Reading
 from lola_drake.block_system import (
@@ -300,6 +300,22 @@ def _in_python(call: Call) -> Callable[[np.ndarray], None]:
     return run
 
 
+def _alone(layout: Layout, call: Call, v: np.ndarray) -> Callable[[], object]:
+    """Return what calls a law once, in machine code if it can be."""
+    function = call.function
+    if compiling() and _compiles(layout, call):
+        function = compiled(function, sample_arguments(layout.blocks[call.block], call.name))
+    values = [
+        place.value
+        if place.where is None
+        else v.item(place.where)
+        if isinstance(place.where, int)
+        else v[place.where].reshape(place.shape or -1)
+        for place in call.arguments
+    ]
+    return lambda: function(*values)
+
+
 def _in_machine_code(calls: list[Call]) -> Callable[[np.ndarray], None]:
     """Return one compiled function of the vector that makes all these calls.
 
@@ -375,14 +391,16 @@ class FusedSystem(LeafSystem):
         self.DeclarePeriodicDiscreteUpdateEvent(PERIOD, 0.0, self._update)
 
     def _declare_readings(self) -> list[tuple]:
-        ports, readings = {}, []
+        ports, readings = {}, {}
         for (name, what), at in self.layout.readings.items():
             block = self.layout.blocks[name]
             reading = block.objects[what]
             if reading.port not in ports:
                 ports[reading.port] = self.DeclareAbstractInputPort(reading.port, reading.model())
-            readings.append((ports[reading.port], getattr(block, f"read_{what}"), at))
-        return readings
+            readings.setdefault(ports[reading.port], []).append(
+                (getattr(block, f"read_{what}"), at)
+            )
+        return list(readings.items())
 
     def _calculate(self, context, output) -> None:
         v, layout = self._vector, self.layout
@@ -391,14 +409,23 @@ class FusedSystem(LeafSystem):
         v[layout.clock] = context.get_time()
         for port, at in self._inputs:
             v[at] = port.Eval(context)
-        for port, read, at in self._readings:
-            v[at] = read(port.Eval(context))
+        for port, reads in self._readings:
+            value = port.Eval(context)
+            for read, at in reads:
+                v[at] = read(value)
         tick = tick_of(context)
         for sample, at in self._noise:
             v[at] = sample(tick)
         for program in self._programs:
             program(v)
         output.SetFromVector(np.concatenate([v[layout.row], v[layout.following]]))
+
+    def laws_alone(self, root: Context) -> Iterator[tuple[str, Callable[[], object]]]:
+        """Yield each law's block, and what calls it with what it reads in this tick."""
+        self._tick.Eval(self.GetMyContextFromRoot(root))
+        vector = self._vector.copy()
+        for call in self.layout.calls:
+            yield call.block, _alone(self.layout, call, vector)
 
     def _update(self, context, state) -> None:
         state.set_value(self._tick.Eval(context)[self.layout.row.stop :])

@@ -19,11 +19,12 @@ from pydrake.multibody.plant import (
     MultibodyPlant,
     MultibodyPlantConfig,
 )
+from pydrake.multibody.tree import JointIndex
 from pydrake.systems.framework import DiagramBuilder
 
 from lola_drake.robot import PADS, add_lola
 from lola_drake.scenario import Ground, StartPose
-from lola_drake.signals import PERIOD
+from lola_drake.signals import FEET, PERIOD, of_foot
 
 # Drake warns that half spaces do not support deformable bodies; there are none.
 logging.getLogger("drake").addFilter(lambda record: "deformable" not in record.getMessage())
@@ -111,14 +112,19 @@ def set_start(
     plant.SetDefaultPositions(positions)
 
 
-def pad_geometries(plant: MultibodyPlant, scene_graph: SceneGraph) -> dict[int, int]:
+def pad_joints(plant: MultibodyPlant) -> tuple[int, ...]:
+    """Return the index of the weld joint of every pad, in the order of the switches (0 to 7)."""
+    names = [of_foot(name, foot) for foot in FEET for name in _PAD_NAMES]
+    return tuple(int(plant.GetJointByName(name).index()) for name in names)
+
+
+def pad_geometries(plant: MultibodyPlant) -> dict[int, int]:
     """Return which switch (0 to 7) belongs to which collision geometry, by the value of its id."""
-    inspector = scene_graph.model_inspector()
     pads = {}
-    for body, first in (("foot_l", 0), ("zfl", 0), ("foot_r", 4), ("zfr", 4)):
-        for geometry in plant.GetCollisionGeometriesForBody(plant.GetBodyByName(body)):
-            name = inspector.GetName(geometry).split("::")[-1]
-            pads[geometry.get_value()] = first + _PAD_NAMES.index(name)
+    for switch, joint in enumerate(pad_joints(plant)):
+        body = plant.get_joint(JointIndex(joint)).child_body()
+        (geometry,) = plant.GetCollisionGeometriesForBody(body)
+        pads[geometry.get_value()] = switch
     return pads
 
 

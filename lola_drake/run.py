@@ -152,10 +152,11 @@ class Run:
         """Return the blocks that are declared, by name."""
         if self.fused:
             return self.fused.layout.blocks
-        return {n: s.block for n, s in self._systems.items() if hasattr(s, "block")}
+        return {n: s.block for n, s in self.systems.items() if hasattr(s, "block")}
 
     @cached_property
-    def _systems(self) -> dict[str, System]:
+    def systems(self) -> dict[str, System]:
+        """Return the systems of sensors and controller, by name, where they run one by one."""
         controller = self.diagram.GetSubsystemByName("controller")
         return {s.get_name(): s for d in (self.diagram, controller) for s in d.GetSystems()}
 
@@ -166,7 +167,7 @@ class Run:
                 self.fused.GetMyContextFromRoot(self.context)
             )
             return row[self.fused.layout.signals[name]]
-        for system in self._systems.values():
+        for system in self.systems.values():
             if system.HasOutputPort(name):
                 return system.GetOutputPort(name).Eval(system.GetMyContextFromRoot(self.context))
         raise KeyError(name)
@@ -182,7 +183,7 @@ class Run:
         if self.fused:
             state = self.fused.GetMyContextFromRoot(self.context).get_discrete_state_vector()
             return state.value()[self.fused.layout.state[block, part]]
-        system = self._systems[block]
+        system = self.systems[block]
         context = system.GetMyContextFromRoot(self.context)
         return context.get_discrete_state(list(system.block.states).index(part)).value()
 
@@ -218,7 +219,7 @@ class Run:
         if self.fused:
             parameter = self.fused.GetMyContextFromRoot(self.context).get_numeric_parameter(0)
             return float(parameter[self.fused.layout.gain_index(block, gain.name)])
-        return gain_of(self._systems[block], self.context, gain.name)
+        return gain_of(self.systems[block], self.context, gain.name)
 
     def set_gain(self, gain: Gain, value: float) -> None:
         """Turn a gain, in the blocks of both feet; it acts in the next tick."""
@@ -228,7 +229,7 @@ class Run:
                 index = self.fused.layout.gain_index(block, gain.name)
                 context.get_mutable_numeric_parameter(0).SetAtIndex(index, value)
             else:
-                set_gain(self._systems[block], self.context, gain.name, value)
+                set_gain(self.systems[block], self.context, gain.name, value)
 
     def _having(self, gain: Gain) -> Iterator[str]:
         return (

@@ -33,7 +33,7 @@ from lola_drake.controller import (
 )
 from lola_drake.fused import FusedSystem
 from lola_drake.logged import LOGGED
-from lola_drake.plant import add_plant, pad_geometries, set_start
+from lola_drake.plant import add_plant, pad_joints, set_start
 from lola_drake.robot import Kinematics
 from lola_drake.scenario import Scenario, ScenarioError, Walk, as_scenario
 from lola_drake.servos import DampingServos, DriveGuard, ImplicitServos
@@ -83,7 +83,7 @@ def make_world(
     with _posture(scenario):
         stance = initial_stance(scenario, kinematics)
     set_start(plant, scenario.start, scenario.ground, stance.q, stance.p_PT)
-    sensors = _sensor_blocks(scenario, plant, scene_graph)
+    sensors = _sensor_blocks(scenario, plant, kinematics)
     controller = controller_blocks(scenario, kinematics, stance, planned_steps(scenario.walk))
     all_blocks = swapped(sensors | controller, blocks or {})
     return World(
@@ -108,7 +108,7 @@ def _posture(scenario: Scenario) -> Iterator[None]:
 
 
 def _sensor_blocks(
-    scenario: Scenario, plant: MultibodyPlant, scene_graph: SceneGraph
+    scenario: Scenario, plant: MultibodyPlant, kinematics: Kinematics
 ) -> dict[str, Block]:
     sensors = scenario.sensors
     imu, foot_force, contact = (
@@ -121,7 +121,7 @@ def _sensor_blocks(
     return {
         "imu": Imu(imu, scenario.seed),
         "foot_force_sensor": FootForceSensor(foot_force, welds, standing, scenario.seed),
-        "contact_switches": ContactSwitches(contact, pad_geometries(plant, scene_graph)),
+        "contact_switches": ContactSwitches(contact, pad_joints(plant), kinematics.tree),
     }
 
 
@@ -206,7 +206,6 @@ def _plant_ports(plant: MultibodyPlant) -> dict[str, OutputPort]:
     return {
         "plant_state": plant.get_state_output_port(),
         "reaction_forces": plant.get_reaction_forces_output_port(),
-        "contact_results": plant.get_contact_results_output_port(),
     }
 
 

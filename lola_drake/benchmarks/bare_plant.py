@@ -8,36 +8,32 @@ from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import Diagram, DiagramBuilder, LeafSystem
 from pydrake.systems.primitives import Demultiplexer
 
-from lola_drake.blocks.joint_servos import set_servo_gains
 from lola_drake.controller import initial_stance
 from lola_drake.plant import add_plant, pad_geometries, set_start
 from lola_drake.robot import Kinematics
 from lola_drake.scenario import Scenario
-from lola_drake.signals import FEET, JOINTS, PERIOD
-from lola_drake.world import build_simulation
+from lola_drake.servos import DampingServos, ImplicitServos
+from lola_drake.signals import FEET, JOINT_DESIRED_STATE, JOINT_FEEDFORWARD, JOINTS, PERIOD
+from lola_drake.simulation import start
 
 SOLES = tuple(link for foot in FEET for link in (f"foot_{foot}", f"zf{foot}"))
 """The links that touch the ground: of each foot the part with the rear pads, and the toe."""
 
-_COMMANDS = ("joint_desired_state", "joint_feedforward")
+_COMMANDS = (JOINT_DESIRED_STATE, JOINT_FEEDFORWARD)
 
 
-def record_commands(scenario: Scenario, end: float) -> np.ndarray:
+def record_commands(scenario: Scenario, end: float, engine: str = "fused") -> np.ndarray:
     """Return what the servos get in every tick of the closed loop.
 
     Returns:
         q, q', feed-forward torque (rad, rad/s, Nm), shape (ticks, 72).
     """
-    diagram = build_simulation(scenario)
-    simulator = Simulator(diagram)
-    controller = diagram.GetSubsystemByName("controller")
-    context = controller.GetMyContextFromRoot(simulator.get_context())
-    ports = [controller.GetOutputPort(name) for name in _COMMANDS]
+    run = start(scenario, engine=engine)
     # One row more: rounding may let the simulation go one tick beyond the end.
     commands = np.empty((round(end / PERIOD) + 1, 3 * len(JOINTS)))
     for tick, command in enumerate(commands):
-        command[:] = np.concatenate([port.Eval(context) for port in ports])
-        simulator.AdvanceTo((tick + 1) * PERIOD)
+        command[:] = np.concatenate([run.signal(signal.name) for signal in _COMMANDS])
+        run.advance((tick + 1) * PERIOD)
     return commands
 
 
@@ -53,25 +49,28 @@ class _Replay(LeafSystem):
         output.set_value(self._rows[round(context.get_time() / PERIOD)])
 
 
-def bare_plant(scenario: Scenario, commands: np.ndarray) -> Diagram:
+def bare_plant(
+    scenario: Scenario,
+    commands: np.ndarray,
+    servos: type[ImplicitServos | DampingServos] = ImplicitServos,
+) -> Diagram:
     """Return the plant of a scenario with servos that get the commands of a table.
 
     Args:
         scenario: gives the ground, the servos and the start.
         commands: one row per tick, as from `record_commands`.
+        servos: the kind of servos.
     """
     builder = DiagramBuilder()
     plant, _ = add_plant(builder, scenario.ground)
+    driven = servos(plant, scenario.control.servos)
     plant.Finalize()
-    set_servo_gains(plant, scenario.control.servos)
     stance = initial_stance(scenario, Kinematics())
     set_start(plant, scenario.start, scenario.ground, stance.q, stance.p_PT)
     replay = builder.AddSystem(_Replay(commands))
     parts = builder.AddSystem(Demultiplexer([2 * len(JOINTS), len(JOINTS)]))
     builder.Connect(replay.get_output_port(), parts.get_input_port())
-    robot = plant.GetModelInstanceByName("lola")
-    builder.Connect(parts.get_output_port(0), plant.get_desired_state_input_port(robot))
-    builder.Connect(parts.get_output_port(1), plant.get_actuation_input_port())
+    driven.connect(builder, parts.get_output_port(0), parts.get_output_port(1))
     return builder.Build()
 
 
@@ -102,7 +101,7 @@ def record_motion(simulator: Simulator, ticks: int) -> Motion:
     diagram = simulator.get_system()
     plant = diagram.GetSubsystemByName("plant")
     context = plant.GetMyContextFromRoot(simulator.get_context())
-    sole_of = _soles_by_geometry(plant, diagram.GetSubsystemByName("scene_graph"))
+    sole_of = _soles_by_geometry(plant)
     torques, contacts = (
         plant.get_net_actuation_output_port(),
         plant.get_contact_results_output_port(),
@@ -119,10 +118,10 @@ def record_motion(simulator: Simulator, ticks: int) -> Motion:
     return Motion(q[:-1], v[:-1], np.diff(v, axis=0) / PERIOD, np.array(torque), np.array(wrench))
 
 
-def _soles_by_geometry(plant: MultibodyPlant, scene_graph) -> dict[int, int]:
+def _soles_by_geometry(plant: MultibodyPlant) -> dict[int, int]:
     """Return which of `SOLES` a pad belongs to, by the value of its geometry's id."""
     # Two pads each, in the order of the switches: rear pads on the foot, front pads on the toe.
-    return {pad: switch // 2 for pad, switch in pad_geometries(plant, scene_graph).items()}
+    return {pad: switch // 2 for pad, switch in pad_geometries(plant).items()}
 
 
 def _sole_wrenches(results: ContactResults, sole_of: dict[int, int]) -> np.ndarray:

@@ -1,9 +1,10 @@
-"""How long a tick takes and where the time goes, measured in steady walking.
+"""How long a tick takes: the closed loop, the bare plant, and every block by itself.
 
-Three things take turns in one process, so that a busy machine slows all of them: the closed loop;
-the bare plant, whose servos get the very same commands again, so that it walks the same way to the
-last bit; and every block on its own, with the inputs that it has in that tick. One repeat is one
-stride. Judge by the ratio of the first two: all else depends on the machine.
+The contenders take turns in one process, so that a busy machine slows all of them: the closed loop
+as `simulate` runs it; the bare plant, whose servos get the very same commands again, so that it
+walks the same way to the last bit; the plant with implicit servos; and every block on its own, with
+the inputs that it has in that tick. One repeat is one stride. Judge by the ratio of the first two:
+all else depends on the machine.
 """
 
 import os
@@ -18,13 +19,19 @@ from pathlib import Path
 
 import numpy as np
 from pydrake.systems.analysis import Simulator
-from pydrake.systems.framework import Context, Diagram, LeafSystem
+from pydrake.systems.framework import Context, LeafSystem
 
 from lola_drake.benchmarks.bare_plant import bare_plant, record_commands
+from lola_drake.blocks.walking_pattern import REQUEST
+from lola_drake.compiled import compiling
 from lola_drake.results import software_versions
+from lola_drake.run import Run
 from lola_drake.scenario import Scenario, load_scenario
-from lola_drake.signals import PERIOD, on_tick
-from lola_drake.world import build_simulation
+from lola_drake.servos import DampingServos, ImplicitServos
+from lola_drake.signals import PERIOD, WALK_COMMAND, on_tick
+from lola_drake.simulation import start
+from lola_drake.theory.step_plan import plan_step
+from lola_drake.theory.step_request import unpack_request
 
 TURN = 0.05
 """Simulated time after which closed loop and plant take turns (s)."""
@@ -36,47 +43,61 @@ CALLS, BATCHES = 10, 5
 """How often each block is evaluated then: the quickest batch counts."""
 
 
-def bench(repeats: int = 5, progress: Callable[[int], None] | None = None) -> dict[str, object]:
+def bench(
+    repeats: int = 5, progress: Callable[[int], None] | None = None, engine: str = "fused"
+) -> dict[str, object]:
     """Measure and return the content of bench.json.
 
     Args:
         repeats: number of strides that are measured.
         progress: called with the number of strides measured so far.
+        engine: what runs the closed loop, see `simulate`.
     """
     scenario, begin, stride = steady_walk(repeats)
     end = begin + repeats * stride
-    imports, builds = _import_times(), _build_times(scenario)
-    commands = record_commands(scenario, end)
-    loop, plant = Simulator(build_simulation(scenario)), Simulator(bare_plant(scenario, commands))
-    for simulator in (loop, plant):
+    imports, builds = _import_times(), _build_times(scenario, engine)
+    commands = record_commands(scenario, end, engine)
+    run = start(scenario, engine=engine)
+    own_servos = DampingServos if run.fused else ImplicitServos
+    contenders = {
+        "closed_loop": run.simulator,
+        "plant": Simulator(bare_plant(scenario, commands, own_servos)),
+        "plant_implicit": Simulator(bare_plant(scenario, commands, ImplicitServos)),
+    }
+    for simulator in contenders.values():
         simulator.AdvanceTo(begin)
-    loop_us, plant_us, blocks_us = [], [], []
+    tick_us, blocks_us = {name: [] for name in contenders}, []
     for repeat in range(repeats):
-        taken, looks = np.zeros(2), []
+        taken, looks = dict.fromkeys(contenders, 0.0), []
         turns = round(stride / TURN)
         for turn in range(turns):
             until = begin + repeat * stride + (turn + 1) * TURN
-            taken += [time_to_advance(simulator, until) for simulator in (loop, plant)]
+            for name, simulator in contenders.items():
+                taken[name] += time_to_advance(simulator, until)
             if (turn + 1) % (turns // LOOKS) == 0:
-                looks.append(_block_times(loop.get_system(), loop.get_context()))
-        loop_us.append(taken[0] / stride * PERIOD * 1e6)
-        plant_us.append(taken[1] / stride * PERIOD * 1e6)
+                looks.append(block_times(run))
+        for name, time_taken in taken.items():
+            tick_us[name].append(time_taken / stride * PERIOD * 1e6)
         blocks_us.append({name: np.mean([look[name] for look in looks]) for name in looks[0]})
         if progress is not None:
             progress(repeat + 1)
-    _check_same_motion(loop, plant)
-    tick = np.array(loop_us)
+    _check_same_motion(contenders["closed_loop"], contenders["plant"])
+    tick = {name: np.array(times) for name, times in tick_us.items()}
     return {
         "scenario": scenario.name,
         "repeats": repeats,
-        "closed_loop_over_plant": spread(tick / plant_us),
-        "real_time_factor": spread(PERIOD * 1e6 / tick),
+        "engine": engine,
+        "compiled": compiling(),
+        "closed_loop_over_plant": spread(tick["closed_loop"] / tick["plant"]),
+        "plant_over_implicit": spread(tick["plant"] / tick["plant_implicit"]),
+        "real_time_factor": spread(PERIOD * 1e6 / tick["closed_loop"]),
         "tick_us": {
-            "closed_loop": spread(tick),
-            "plant": spread(plant_us),
+            **{name: spread(times) for name, times in tick.items()},
+            "own_part": spread(tick["closed_loop"] - tick["plant"]),
             "all_blocks": spread([sum(times.values()) for times in blocks_us]),
             "blocks": {name: spread([times[name] for times in blocks_us]) for name in blocks_us[0]},
         },
+        "plan_ms": planning_times(run),
         "import_s": spread(imports),
         "build_s": spread(builds),
         "peak_memory_mb": peak_memory_mb(),
@@ -102,21 +123,47 @@ def time_to_advance(simulator: Simulator, until: float) -> float:
     return time.perf_counter() - begin
 
 
-def _block_times(diagram: Diagram, root: Context) -> dict[str, float]:
-    """Return how long each block takes for its outputs and its update (us).
+def block_times(run: Run) -> dict[str, float]:
+    """Return how long each block takes for its outputs and its update (us), called from Python.
 
     Without what the plant computes for a sensor: that is part of the closed loop alone.
     """
-    controller = diagram.GetSubsystemByName("controller")
-    sensors = [system for system in diagram.GetSystems() if _is_block(system)]
+    if run.fused:
+        return _law_times(run)
     return {
-        block.get_name(): _time_alone(block, block.GetMyContextFromRoot(root))
-        for block in (*controller.GetSystems(), *sensors)
+        name: _time_alone(system, system.GetMyContextFromRoot(run.context))
+        for name, system in run.systems.items()
+        if hasattr(system, "block")
     }
 
 
-def _is_block(system) -> bool:
-    return type(system).__module__.startswith("lola_drake.blocks.")
+def _law_times(run: Run) -> dict[str, float]:
+    """Return how long the laws of each block take, one by one, with what they read in this tick."""
+    times = dict.fromkeys(run.blocks, 0.0)
+    for block, work in run.fused.laws_alone(run.context):
+        times[block] += _quickest_us(work)
+    return times
+
+
+def planning_times(run: Run, repeats: int = 5) -> dict[str, dict[str, float]]:
+    """Return how long the walking pattern takes for a new plan and for a phase reset (ms)."""
+    pattern = run.blocks["walking_pattern"]
+    request = unpack_request(run.state("walking_pattern", REQUEST.name))
+    plan = plan_step(pattern.model, request)
+    row = round((plan.lift_off + 0.7 * (plan.duration - plan.lift_off)) / PERIOD)
+    now, command = request.start_time + row * PERIOD, np.zeros(WALK_COMMAND.size)
+
+    def new_plan() -> None:
+        plan_step(pattern.model, request)
+
+    def phase_reset() -> None:
+        landed = pattern.after_early_contact(now, command, request, plan, row)
+        plan_step(pattern.model, landed)
+
+    return {
+        work.__name__: spread([1e3 * timeit.timeit(work, number=1) for _ in range(repeats)])
+        for work in (new_plan, phase_reset)
+    }
 
 
 def _time_alone(block: LeafSystem, original: Context) -> float:
@@ -174,12 +221,13 @@ def _import_times(repeats: int = 3) -> list[float]:
     ]
 
 
-def _build_times(scenario: Scenario, repeats: int = 3) -> list[float]:
-    """Return how long the diagram of the closed loop takes to build (s)."""
+def _build_times(scenario: Scenario, engine: str, repeats: int = 3) -> list[float]:
+    """Return how long the closed loop takes to build (s), its laws being compiled already."""
+    start(scenario, engine=engine)
     taken = []
     for _ in range(repeats):
         begin = time.perf_counter()
-        build_simulation(scenario)
+        start(scenario, engine=engine)
         taken.append(time.perf_counter() - begin)
     return taken
 

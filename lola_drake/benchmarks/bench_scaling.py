@@ -11,12 +11,11 @@ from contextlib import contextmanager
 from multiprocessing.connection import Connection
 
 import numpy as np
-from pydrake.systems.analysis import Simulator
 
 from lola_drake.benchmarks.bench import TURN, peak_memory_mb, spread, steady_walk, time_to_advance
 from lola_drake.scenario import Scenario
 from lola_drake.signals import on_tick
-from lola_drake.world import build_simulation
+from lola_drake.simulation import start
 
 SHORT, LONG = 10.0, 60.0
 """How long the runs are that are compared (s)."""
@@ -52,7 +51,7 @@ def _late_over_early(
     progress: Callable[[int], None] | None,
 ) -> list[float]:
     """Return how much longer a stride takes in a run that has lasted long already."""
-    runs = {begin: Simulator(build_simulation(scenario)) for begin in (late, early)}
+    runs = {begin: start(scenario).simulator for begin in (late, early)}
     for begin, simulator in runs.items():
         simulator.AdvanceTo(begin)
     ratios, turns = [], round(stride / TURN)
@@ -71,13 +70,10 @@ def _late_over_early(
 
 def _memory_mb(pipe: Connection, scenario: Scenario, ends: tuple[float, ...]) -> None:
     """Send the greatest memory (MB) of a run until each of some times (s), without its log."""
-    diagram = build_simulation(scenario)
-    simulator = Simulator(diagram)
-    log = diagram.GetSubsystemByName("log").FindMutableLog(simulator.get_mutable_context())
-    peaks = {}
+    run, peaks = start(scenario), {}
     for second in range(1, round(max(ends)) + 1):
-        simulator.AdvanceTo(float(second))
-        log.Clear()
+        run.advance(float(second))
+        run.forget(0)
         if second in ends:
             peaks[f"after_{second}_s"] = peak_memory_mb()
     pipe.send(peaks)
@@ -98,7 +94,7 @@ def _two_over_one(scenario: Scenario, begin: float, stride: float, repeats: int)
 
 def _walk(pipe: Connection, scenario: Scenario, begin: float) -> None:
     """Simulate until the times (s) that are received, and send how long each took (s)."""
-    simulator = Simulator(build_simulation(scenario))
+    simulator = start(scenario).simulator
     simulator.AdvanceTo(begin)
     while True:
         pipe.send(time_to_advance(simulator, pipe.recv()))

@@ -9,20 +9,25 @@ from lola_drake.studies.tables import number
 
 def bench_table(content: Mapping) -> Table:
     """Return the content of bench.json as a table."""
-    table = Table(title=f"A tick of {content['scenario']}, {content['repeats']} strides")
+    table = Table(
+        title=f"A tick of {content['scenario']}, {content['repeats']} strides, {content['engine']}"
+    )
     _add_columns(table, "min", "median")
 
     def add(name: str, spread: Mapping, **style) -> None:
         table.add_row(name, *_cells(spread), **style)
 
     add("closed loop / bare plant", content["closed_loop_over_plant"])
+    add("bare plant / with implicit servos", content["plant_over_implicit"])
     add("real-time factor", content["real_time_factor"], end_section=True)
     tick = content["tick_us"]
-    for name in ("closed_loop", "plant", "all_blocks"):
+    for name in ("closed_loop", "plant", "plant_implicit", "own_part", "all_blocks"):
         add(f"{name.replace('_', ' ')} (us)", tick[name])
     for name, spread in tick["blocks"].items():
         add(f"  {name}", spread)
     table.add_section()
+    for name, spread in content["plan_ms"].items():
+        add(f"{_words(name)} (ms)", spread)
     add("import (s)", content["import_s"])
     add("build the diagram (s)", content["build_s"])
     table.add_row("peak memory (MB)", number(content["peak_memory_mb"]), "")

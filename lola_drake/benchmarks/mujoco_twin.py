@@ -85,12 +85,18 @@ def _armatures(urdf: ElementTree.Element) -> dict[str, float]:
 
 
 def _pad_places(urdf: ElementTree.Element) -> list[tuple[str, list[float]]]:
-    """Return the link of every pad, and the middle of its lower face there (m)."""
-    return [
-        (link.get("name"), [float(value) for value in pad.find("origin").get("xyz").split()])
-        for link in urdf.iter("link")
-        for pad in link.findall("collision")
-    ]
+    """Return the link that carries every pad, and the middle of its lower face there (m).
+
+    The pads' own links, which have no mass, are taken out.
+    """
+    places = []
+    for joint in [joint for joint in urdf.findall("joint") if joint.get("name").startswith("pad_")]:
+        place = [float(value) for value in joint.find("origin").get("xyz").split()]
+        places.append((joint.find("parent").get("link"), place))
+        urdf.remove(joint)
+    for link in [link for link in urdf.findall("link") if link.get("name").startswith("pad_")]:
+        urdf.remove(link)
+    return places
 
 
 def _add_servo(spec: mujoco.MjSpec, joint: str, servos: JointServosParams, armature: float) -> None:

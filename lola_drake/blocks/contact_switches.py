@@ -3,18 +3,17 @@
 Each pad of LOLA carries a binary switch; the thresholds are estimates.
 """
 
-from collections.abc import Mapping
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from pydrake.common.value import Value
-from pydrake.multibody.plant import ContactResults
+from pydrake.multibody.math import SpatialForce
 
-from lola_drake.block import Block, Reading, law
+from lola_drake.block import Block, Part, Reading, State, law
 from lola_drake.parameters import ParameterError, parameter, validate
-from lola_drake.signals import CONTACT, GROUND_FORCE
-
-_SWITCHES = CONTACT.size
+from lola_drake.signals import CONTACT, GROUND_FORCE, PLANT_STATE
+from lola_drake.theory.kinematics import KinematicTree, body_poses, turned
 
 
 @dataclass(frozen=True)
@@ -36,6 +35,31 @@ class ContactSwitchesParams:
         return ContactSwitchesParams(close_force=1.0, open_force=1.0)
 
 
+def forces_in_world(quaternion, q, pad_loads, tree):
+    """Return what the pads bear, turned from their own frames to W; pad by pad, shape (24,).
+
+    Args:
+        quaternion: w, x, y, z of the torso in W.
+        q: joint angles (rad), shape (24,).
+        pad_loads: the ground's force on every pad in the pad's frame (N), shape (24,).
+        tree: of the robot's joints; a pad's frame is that of the body that carries it.
+    """
+    orientation, _, _ = body_poses(q, tree)
+    w, x, y, z = quaternion[0], quaternion[1], quaternion[2], quaternion[3]
+    in_torso, forces = np.zeros(3), np.zeros(24)
+    for pad in range(8):
+        body = tree.pad_body[pad // 4][pad % 4]
+        for i in range(3):
+            in_torso[i] = turned(orientation, body, pad_loads[3 * pad : 3 * pad + 3], i)
+        a, b, c = in_torso[0], in_torso[1], in_torso[2]
+        # v + 2 w (u x v) + 2 u x (u x v), with the quaternion's vector part u.
+        d, e, f = 2 * (y * c - z * b), 2 * (z * a - x * c), 2 * (x * b - y * a)
+        forces[3 * pad] = a + w * d + y * f - z * e
+        forces[3 * pad + 1] = b + w * e + z * d - x * f
+        forces[3 * pad + 2] = c + w * f + x * e - y * d
+    return forces
+
+
 class ContactSwitches(Block):
     """Watches the normal force of every pad of both feet.
 
@@ -45,49 +69,42 @@ class ContactSwitches(Block):
 
     Params = ContactSwitchesParams
     kind = "sensor"
-    state = (CONTACT, GROUND_FORCE)
-    objects = {"pad_forces": Reading("contact_results", Value[ContactResults], 3 * _SWITCHES)}
+    state = (State(CONTACT, start=1.0), GROUND_FORCE)
+    parts = {"quaternion": Part(PLANT_STATE, "quaternion"), "q": Part(PLANT_STATE, "q")}
+    objects = {"pad_loads": Reading("reaction_forces", Value[list[SpatialForce]], 24)}
     switching = True
 
-    def __init__(self, params: ContactSwitchesParams, pads: Mapping[int, int]):
-        """Create the switches of the given pads, all closed.
+    def __init__(self, params: ContactSwitchesParams, joints: Sequence[int], tree: KinematicTree):
+        """Create the switches of the pads, all closed.
 
         Args:
             params: thresholds.
-            pads: which switch (0 to 7) belongs to which collision geometry, by the value of its id.
+            joints: indices of the pads' weld joints in the plant, in the order of the switches.
+            tree: of the robot's joints.
         """
-        self._pads = pads
-        super().__init__(params, initial={CONTACT.name: np.ones(_SWITCHES)})
+        self._joints = joints
+        super().__init__(params, tree=tree)
 
-    def read_pad_forces(self, results: ContactResults) -> list[float]:
-        """Return the ground's force on every pad in W (N), pad by pad, shape (24,)."""
-        forces = [0.0] * (3 * _SWITCHES)
-        for i in range(results.num_hydroelastic_contacts()):
-            info = results.hydroelastic_contact_info(i)
-            surface = info.contact_surface()
-            # The reported force acts on geometry M; a pad may be either of the two.
-            pad, sign = self._pads.get(surface.id_M().get_value()), 1.0
-            if pad is None:
-                pad, sign = self._pads.get(surface.id_N().get_value()), -1.0
-            if pad is not None:
-                for axis, force in enumerate(info.F_Ac_W().translational().tolist()):
-                    forces[3 * pad + axis] += sign * force
-        return forces
+    def read_pad_loads(self, forces: list[SpatialForce]) -> np.ndarray:
+        """Return the ground's force on every pad, in its frame (N): the pads weigh nothing."""
+        return -np.concatenate([forces[joint].translational() for joint in self._joints])
 
     @law
-    def next_contact(contact, pad_forces, close_force, open_force):
+    def next_contact(contact, quaternion, q, pad_loads, tree, close_force, open_force):
         """Return the new state of the switches, 1 for closed: they have a hysteresis."""
+        forces = forces_in_world(quaternion, q, pad_loads, tree)
         closed = np.zeros(len(contact))
         for pad in range(len(contact)):
             threshold = open_force if contact[pad] > 0.5 else close_force
-            closed[pad] = 1.0 if pad_forces[3 * pad + 2] > threshold else 0.0
+            closed[pad] = 1.0 if forces[3 * pad + 2] > threshold else 0.0
         return closed
 
     @law
-    def next_ground_force(pad_forces):
-        """Return the sum of each foot's pads (N)."""
+    def next_ground_force(quaternion, q, pad_loads, tree):
+        """Return the sum of each foot's pads in W (N)."""
+        forces = forces_in_world(quaternion, q, pad_loads, tree)
         total = np.zeros(6)
         for pad in range(8):
             for axis in range(3):
-                total[3 * (pad // 4) + axis] += pad_forces[3 * pad + axis]
+                total[3 * (pad // 4) + axis] += forces[3 * pad + axis]
         return total

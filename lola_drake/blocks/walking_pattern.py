@@ -167,7 +167,7 @@ class WalkingPattern(Block):
             start_time: when the first of `steps` begins (s).
         """
         self._steps, self._start_time = steps, start_time
-        self._model = PatternModel(
+        self.model = PatternModel(
             timing=params.timing(),
             legs=legs,
             p_TcpZmp=np.array([params.zmp_forward, params.zmp_inward]),
@@ -199,7 +199,7 @@ class WalkingPattern(Block):
         key = packed.tobytes()
         if key not in self._plans:
             request = unpack_request(packed)
-            self._plans[key] = (request, plan_step(self._model, request))
+            self._plans[key] = (request, plan_step(self.model, request))
             if len(self._plans) > 4:
                 self._plans.popitem(last=False)
         return self._plans[key]
@@ -211,7 +211,7 @@ class WalkingPattern(Block):
         last = len(plan.gait_phase) - 1
         swinging = plan.lift_off < np.inf
         if swinging and self._touches_early(contact, request, plan, row):
-            return self._reset(now, command, request, plan, row)
+            return self.after_early_contact(now, command, request, plan, row)
         if row + 1 < last and (swinging or not len(self._next(now, command, request.step_index))):
             return None
         row = min(row + 1, last)
@@ -238,7 +238,9 @@ class WalkingPattern(Block):
             return False
         return bool(contact[4 * request.swing : 4 * request.swing + 4].any())
 
-    def _reset(self, now, command, request: StepRequest, plan: StepPlan, row: int) -> StepRequest:
+    def after_early_contact(
+        self, now, command, request: StepRequest, plan: StepPlan, row: int
+    ) -> StepRequest:
         """Return the request that takes the touched ground for the foothold: the phase reset.
 
         The foot stops where it is, and the double support begins. Its duration is the one for
@@ -258,7 +260,7 @@ class WalkingPattern(Block):
             displacements=self._next(now, command, request.step_index + 1),
         )
         candidates = [replace(landed, support=support) for support in RESET_SUPPORTS]
-        shifts = [np.abs(zmp_shift(self._model, c)).max() for c in candidates]
+        shifts = [np.abs(zmp_shift(self.model, c)).max() for c in candidates]
         return candidates[int(np.argmin(shifts))]
 
     def _next(self, now, command, step_index: int) -> np.ndarray:

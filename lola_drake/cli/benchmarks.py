@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-from lola_drake.cli.common import COUNT, Force, Json, errors_in_one_line, progress_bar
+from lola_drake.cli.common import COUNT, Engine, Force, Json, errors_in_one_line, progress_bar
 from lola_drake.cli.terminal import show
 
 app = typer.Typer()
@@ -21,6 +21,7 @@ def bench(
     scaling: Annotated[
         bool, typer.Option("--scaling", help="Compare long runs with short ones, and two with one.")
     ] = False,
+    engine: Engine = "fused",
     output: Annotated[Path, typer.Option("--output", "-o", help="File of the result.")] = Path(
         "bench.json"
     ),
@@ -45,7 +46,7 @@ def bench(
 
             more["scaling"] = bench_scaling
         with progress_bar("strides", repeats, COUNT) as advance:
-            content = measure(repeats, advance)
+            content = measure(repeats, advance, engine)
         for name, measure_more in more.items():
             with progress_bar(name, repeats, COUNT) as advance:
                 content[name] = measure_more(repeats, advance)

@@ -28,6 +28,17 @@ Changes = Annotated[
     typer.Option("--set", metavar="KEY=VALUE", help="Change a value; may be repeated."),
 ]
 
+Engine = Annotated[
+    str, typer.Option(help="fused: all laws in one system; diagram: block by block, slower.")
+]
+
+Blocks = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--block", metavar="NAME=FILE.py:CLASS", help="A law of your own; may be repeated."
+    ),
+]
+
 Host = Annotated[
     str, typer.Option(help="Where a browser may be; * lets everybody in who reaches this machine.")
 ]
