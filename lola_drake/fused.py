@@ -391,16 +391,15 @@ class FusedSystem(LeafSystem):
         self.DeclarePeriodicDiscreteUpdateEvent(PERIOD, 0.0, self._update)
 
     def _declare_readings(self) -> list[tuple]:
-        ports, readings = {}, {}
+        """Return every port that carries an object, with what reads it and where that goes."""
+        readings: dict[str, tuple[InputPort, list]] = {}
         for (name, what), at in self.layout.readings.items():
             block = self.layout.blocks[name]
-            reading = block.objects[what]
-            if reading.port not in ports:
-                ports[reading.port] = self.DeclareAbstractInputPort(reading.port, reading.model())
-            readings.setdefault(ports[reading.port], []).append(
-                (getattr(block, f"read_{what}"), at)
-            )
-        return list(readings.items())
+            port, model, _ = block.objects[what]
+            if port not in readings:
+                readings[port] = (self.DeclareAbstractInputPort(port, model()), [])
+            readings[port][1].append((getattr(block, f"read_{what}"), at))
+        return list(readings.values())
 
     def _calculate(self, context, output) -> None:
         v, layout = self._vector, self.layout

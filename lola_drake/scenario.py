@@ -30,6 +30,9 @@ from lola_drake.paths import scenario_paths
 
 VARIANTS = ("ref", "dyn", "original")
 
+PATH = 1000
+"""Greatest length of a path."""
+
 DESCRIPTION = 240
 """Greatest length of a description."""
 
@@ -130,6 +133,20 @@ class Control:
 
 
 @dataclass(frozen=True)
+class OwnLaw:
+    """A law of your own in place of a block; it is Python code that will be run."""
+
+    name: str = parameter("", "of the block; without its foot it means both feet")
+    law: str = parameter("", "where it is: FILE.py:CLASS", longest=PATH)
+
+    def __post_init__(self):
+        validate(self)
+        file, _, name = self.law.rpartition(":")
+        if not file.endswith(".py") or not name.isidentifier():
+            raise ParameterError("law", self.law, "of the form FILE.py:CLASS")
+
+
+@dataclass(frozen=True)
 class Scenario:
     """One experiment, complete: a run depends on nothing else but the versions of the software.
 
@@ -151,6 +168,7 @@ class Scenario:
     sensors: Sensors = field(default_factory=Sensors)
     control: Control = field(default_factory=Control)
     ground: Ground = field(default_factory=Ground)
+    blocks: tuple[OwnLaw, ...] = listing("laws of your own in place of blocks", 32)
 
     def __post_init__(self):
         validate(self)
@@ -199,7 +217,7 @@ def load_scenario(name_or_path: str | Path, overrides: Overrides = ()) -> Scenar
         data = {} if data is None else data
         if isinstance(data, dict):
             data.setdefault("name", path.stem)
-        scenario = typed_yaml.build(Scenario, data)
+        scenario = _with_laws_beside(path, typed_yaml.build(Scenario, data))
     except UnicodeDecodeError:
         raise ScenarioError(f"{path}: not a text file in UTF-8") from None
     except OSError as error:
@@ -207,6 +225,15 @@ def load_scenario(name_or_path: str | Path, overrides: Overrides = ()) -> Scenar
     except ValueError as error:
         raise ScenarioError(f"{path}: {error}{_more(error)}") from None
     return override(scenario, overrides)
+
+
+def _with_laws_beside(path: Path, scenario: Scenario) -> Scenario:
+    """Return the scenario of a file with its laws' files, which may be given relative to it."""
+    laws = tuple(
+        dataclasses.replace(own, law=str(path.absolute().parent / own.law))
+        for own in scenario.blocks
+    )
+    return dataclasses.replace(scenario, blocks=laws)
 
 
 def _read(path: Path) -> str:

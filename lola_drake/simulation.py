@@ -87,7 +87,7 @@ def start(
 
 def _all_declared(scenario: Scenario, blocks: Mapping[str, Replacement] | None) -> bool:
     """Return whether every block is one that declares its laws."""
-    if not blocks:
+    if not blocks and not scenario.blocks:
         return True
     world = make_world(scenario, blocks)
     return all(isinstance(b, Block) for b in (*world.sensors.values(), *world.controller.values()))

@@ -1,10 +1,16 @@
 """A law of one's own in place of a block."""
 
-from collections.abc import Callable, Mapping
+import hashlib
+import importlib.util
+import sys
+from collections.abc import Callable, Iterable, Mapping
+from functools import cache
 
 from pydrake.systems.framework import LeafSystem, PortDataType
 
+from lola_drake.atomic_file import reason
 from lola_drake.block import Block, BlockError
+from lola_drake.scenario import OwnLaw
 from lola_drake.signals import Signal, signal_of, split_foot
 from lola_drake.typed_yaml import suggestion
 
@@ -34,6 +40,37 @@ def swapped(
         for target in targets:
             result[target] = _made(target, replacement, blocks[target])
     return result
+
+
+def load_laws(laws: Iterable[OwnLaw]) -> dict[str, Replacement]:
+    """Return the classes that a scenario names, by the blocks whose place they take.
+
+    Raises:
+        BlockError: if there is no such file or class, or its code fails.
+    """
+    return {own.name: _load(own.law) for own in laws}
+
+
+@cache
+def _load(law: str) -> Replacement:
+    """Return the class at FILE.py:CLASS; a system of Drake's is made without arguments."""
+    path, _, name = law.rpartition(":")
+    module_name = f"lola_drake_law_{hashlib.sha256(path.encode()).hexdigest()[:12]}"
+    spec = importlib.util.spec_from_file_location(module_name, path)
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[module_name] = module
+    try:
+        spec.loader.exec_module(module)
+    except OSError as error:
+        raise BlockError(f"{path}: {error.strerror}") from None
+    except Exception as error:
+        raise BlockError(f"{path}: {type(error).__name__}: {reason(error)}") from error
+    found = getattr(module, name, None)
+    if isinstance(found, type) and issubclass(found, Block):
+        return found
+    if isinstance(found, type) and issubclass(found, LeafSystem):
+        return lambda _: found()
+    raise BlockError(f"{path}: holds no Block and no LeafSystem called {name}")
 
 
 def _made(name: str, replacement: Replacement, block: Block) -> Block | LeafSystem:

@@ -44,7 +44,7 @@ from lola_drake.signals import (
     JOINT_TORQUE,
     PERIOD,
 )
-from lola_drake.swap import Replacement, swapped
+from lola_drake.swap import Replacement, load_laws, swapped
 from lola_drake.theory.constants import GRAVITY
 
 
@@ -85,7 +85,7 @@ def make_world(
     set_start(plant, scenario.start, scenario.ground, stance.q, stance.p_PT)
     sensors = _sensor_blocks(scenario, plant, kinematics)
     controller = controller_blocks(scenario, kinematics, stance, planned_steps(scenario.walk))
-    all_blocks = swapped(sensors | controller, blocks or {})
+    all_blocks = swapped(sensors | controller, load_laws(scenario.blocks) | dict(blocks or {}))
     return World(
         builder,
         plant,

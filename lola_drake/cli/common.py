@@ -1,5 +1,6 @@
 """What the commands of `lola` share."""
 
+import json
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -54,10 +55,21 @@ Seed = Annotated[int | None, typer.Option(help="Seed of all random numbers.")]
 Force = Annotated[bool, typer.Option("--force", help="Replace what is there already.")]
 
 
-def changed(changes: Sequence[str] | None, **options: object) -> list[str]:
-    """Return all changes of a scenario: those of `--set`, and those with an option of their own."""
+def changed(
+    changes: Sequence[str] | None, blocks: Sequence[str] | None = None, **options: object
+) -> list[str]:
+    """Return all changes of a scenario: of `--set`, of `--block`, and of options of their own."""
     given = [f"{name}={value}" for name, value in options.items() if value is not None]
-    return [*(changes or []), *given]
+    return [*(changes or []), *_own_laws(blocks or []), *given]
+
+
+def _own_laws(blocks: Sequence[str]) -> list[str]:
+    """Return the change of a scenario that `--block` means."""
+    if not blocks:
+        return []
+    pairs = (text.partition("=") for text in blocks)
+    laws = (f"{{name: {json.dumps(name)}, law: {json.dumps(law)}}}" for name, _, law in pairs)
+    return [f"blocks=[{', '.join(laws)}]"]
 
 
 @contextmanager

@@ -8,10 +8,12 @@ import typer
 
 from lola_drake.cli.common import (
     COUNT,
+    Blocks,
     Changes,
     Force,
     Json,
     ScenarioName,
+    changed,
     errors_in_one_line,
     progress_bar,
 )
@@ -41,6 +43,7 @@ def linearize(
     scenario: Scenario = "stand",
     at: At = None,
     changes: Changes = None,
+    blocks: Blocks = None,
     locus: Annotated[bool, typer.Option(help="Draw a root locus, too.")] = True,
     measured: Annotated[
         bool, typer.Option("--measured", help="Measure the responses in the simulation, too.")
@@ -57,7 +60,7 @@ def linearize(
 
     with errors_in_one_line():
         _check([name, *([f"{name}_measured"] if measured else [])], output, force)
-        analysis = analyse(name, load_scenario(scenario, changes or []), at, locus=locus)
+        analysis = analyse(name, load_scenario(scenario, changed(changes, blocks)), at, locus=locus)
         numbers = as_numbers(analysis)
         text, figures = report(analysis), {name: analysis_figure(analysis)}
         if measured:

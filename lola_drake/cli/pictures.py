@@ -5,7 +5,15 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from lola_drake.cli.common import Changes, Force, Host, ScenarioName, errors_in_one_line
+from lola_drake.cli.common import (
+    Blocks,
+    Changes,
+    Force,
+    Host,
+    ScenarioName,
+    changed,
+    errors_in_one_line,
+)
 
 if TYPE_CHECKING:
     from lola_drake.results import Result
@@ -41,6 +49,7 @@ def write_views(result: "Result", folder: Path, *, pictures: bool, video: bool) 
 def diagram(
     scenario: ScenarioName = "walk_flat",
     changes: Changes = None,
+    blocks: Blocks = None,
     depth: Annotated[
         int, typer.Option(min=0, help="Levels to open; 0 shows one block with all its signals.")
     ] = 1,
@@ -70,7 +79,7 @@ def diagram(
             written = write_all(folder)
         else:
             path = check_file(output or Path(f"{system or 'simulation'}.svg"), force=force)
-            simulation = build_simulation(load_scenario(scenario, changes or []))
+            simulation = build_simulation(load_scenario(scenario, changed(changes, blocks)))
             options = {"system": system, "depth": depth, "logging": logging}
             written = [save_diagram(simulation, path, **options)]
     for path in written:

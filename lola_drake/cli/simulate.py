@@ -13,7 +13,9 @@ from rich.table import Table
 from rich.text import Text
 
 from lola_drake.cli.common import (
+    Blocks,
     Changes,
+    Engine,
     Force,
     Host,
     Json,
@@ -41,6 +43,8 @@ def simulate(
     changes: Changes = None,
     seed: Seed = None,
     variant: Annotated[str | None, typer.Option(help="ref, dyn or original.")] = None,
+    blocks: Blocks = None,
+    engine: Engine = "fused",
     output: Annotated[
         Path | None, typer.Option("--output", "-o", help="Folder of the run (runs/SCENARIO).")
     ] = None,
@@ -65,12 +69,12 @@ def simulate(
     from lola_drake.simulation import simulate as run
 
     with errors_in_one_line():
-        chosen = load_scenario(scenario, changed(changes, seed=seed, variant=variant))
+        chosen = load_scenario(scenario, changed(changes, blocks, seed=seed, variant=variant))
         folder = output or Path("runs") / chosen.name
         check_folder(folder, force=force)
         view = live_view(chosen, host) if meshcat else None
         with _simulated(chosen.name, chosen.duration, show=not quiet) as advance:
-            result = run(chosen, progress=advance, attend=view)
+            result = run(chosen, progress=advance, attend=view, engine=engine)
         result = view.signed(result) if view else result
         with interruption():
             _save(result, folder, force=force)

@@ -12,6 +12,7 @@ from rich.console import Console
 from lola_drake.cli.common import (
     COUNT,
     INTERRUPTED,
+    Blocks,
     Changes,
     Json,
     ScenarioName,
@@ -41,6 +42,7 @@ def compare(
     ),
     changes: Changes = None,
     seed: Seed = None,
+    blocks: Blocks = None,
     output: Folder = None,
     force: Annotated[
         bool, typer.Option("--force", help="Replace the comparison in that folder.")
@@ -63,7 +65,7 @@ def compare(
     from lola_drake.studies.variants import compare as run
 
     with errors_in_one_line():
-        chosen = load_scenario(scenario, changed(changes, seed=seed))
+        chosen = load_scenario(scenario, changed(changes, blocks, seed=seed))
         folder = output or Path("runs") / f"compare_{chosen.name}"
         check_folder(folder, force=force, files=COMPARISON_FILES, what="comparison")
         names = [name.strip() for name in variants.split(",")]
