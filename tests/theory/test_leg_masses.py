@@ -143,6 +143,7 @@ def planned_step(legs):
         legs=legs,
         p_TcpZmp=np.array([PARAMS.zmp_forward, PARAMS.zmp_inward]),
         blend_time=PARAMS.blend_time,
+        contact_blend_time=PARAMS.contact_blend_time,
         ground_stiffness=PARAMS.ground_stiffness,
         period=PERIOD,
     )
@@ -150,7 +151,7 @@ def planned_step(legs):
     request = replace(standing_request(PARAMS), displacements=steps)
     first = plan_step(model, request)
     following = replace(
-        continued(request, first, len(first.gait_phase) - 1, PERIOD),
+        continued(request, first, len(first.gait_phase) - 1),
         swing=1 - request.swing,
         load=first.load,
         path=first.path,

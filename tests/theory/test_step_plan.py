@@ -47,7 +47,7 @@ def walk(model, steps, start=None):
         plan = plan_step(model, request)
         done.append((request, plan))
         request = replace(
-            continued(request, plan, len(plan.gait_phase) - 1, PERIOD),
+            continued(request, plan, len(plan.gait_phase) - 1),
             step_index=k + 1,
             swing=1 - request.swing,
             load=plan.load,
