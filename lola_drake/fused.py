@@ -18,7 +18,7 @@ import numpy as np
 from pydrake.systems.framework import BasicVector, LeafSystem
 
 from lola_drake.block import Argument, Block, BlockError, Reading
-from lola_drake.block_system import machine_value, needed_outputs, plain_value, sample_arguments, tick_of
+from lola_drake.block_system import machine_value, plain_value, sample_arguments, tick_of
 from lola_drake.compiled import NotCompilable, compiled, compiled_text, compiling
 from lola_drake.signals import PERIOD, Signal, of_foot
 
@@ -220,7 +220,7 @@ class Layout:
 
     def _read_signals(self, name: str, output: str) -> set[str]:
         block = self.blocks[name]
-        own = {of_foot(n, block.foot) for n in needed_outputs(block, output)}
+        own = {of_foot(n, block.foot) for n in block.needed_outputs(output)}
         return own | {
             self._source(block, what)
             for kind, what, _ in block.arguments[output]
