@@ -77,6 +77,7 @@ class JointServos(Block):
     Params = JointServosParams
     kind = "actuation"
     state = (State(UNDER_WAY, hidden=True), JOINT_DESIRED_STATE, JOINT_FEEDFORWARD)
+    differentiable = False
 
     def __init__(
         self,
