@@ -116,7 +116,7 @@ def test_with_straight_toes_the_gradient_goes_through_the_task(kinematics, bent,
     q = bent.copy()
     q[toes] = 0.0
     kinematics.update(q)
-    points, rates = kinematics.pads(foot)
+    points, rates = pads(kinematics, foot)
     by_joints = spring_gradient(points, rates, STIFFNESS)
     by_task = spring_gradient(points, RIGID, STIFFNESS)
     task = kinematics.jacobian[FOOT_TASK * foot + FORCE_CONTROLLED]
@@ -127,8 +127,14 @@ def test_with_straight_toes_the_gradient_goes_through_the_task(kinematics, bent,
     )
 
 
-def law(kinematics, foot=0, *, blend, force_rate=(3.0, -4.0, 900.0), deviation=(0.02, -0.01, 0.03)):
+def pads(kinematics, foot):
+    """Return where the pads' centres are relative to the TCP, and the rates of their heights."""
     points, rates = kinematics.pads(foot)
+    return points - kinematics.w[FOOT_TASK * foot :][:2], rates
+
+
+def law(kinematics, foot=0, *, blend, force_rate=(3.0, -4.0, 900.0), deviation=(0.02, -0.01, 0.03)):
+    points, rates = pads(kinematics, foot)
     return foot_law(
         force_by_joints=spring_gradient(points, rates, STIFFNESS),
         force_by_task=spring_gradient(points, RIGID, STIFFNESS),
@@ -145,7 +151,7 @@ def test_force_control_makes_the_error_decay(kinematics, bent):
     error, time_constant = np.array([5.0, -7.0, 60.0]), 0.02
     rows, _, drive = law(kinematics, blend=1.0, force_rate=error / time_constant)
     q_dot = np.linalg.lstsq(rows, drive, rcond=None)[0]
-    points, rates = kinematics.pads(0)
+    points, rates = pads(kinematics, 0)
     changed = spring_gradient(points, rates, STIFFNESS) @ q_dot
     np.testing.assert_allclose(changed, error / time_constant)
 
