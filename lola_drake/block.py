@@ -245,7 +245,10 @@ class Block:
             return Argument("output", name)
         if name in self.parts:
             part = self.parts[name]
-            return Argument("input", part.signal.name, part.where(self.foot))
+            try:
+                return Argument("input", part.signal.name, part.where(self.foot))
+            except KeyError as error:
+                raise BlockError(f"{type(self).__name__}.{name}: {error.args[0]}") from None
         if name in self.gains:
             return Argument("gain", name)
         if name == "time":
