@@ -269,6 +269,7 @@ def _compiles(layout: Layout, call: Call) -> bool:
         return False
     try:
         compiled(call.function, sample_arguments(layout.blocks[call.block], call.name))
+        _in_machine_code([call])  # What it returns may be nothing that fits into the vector.
     except NotCompilable:
         return False
     return True
@@ -326,11 +327,11 @@ def _in_machine_code(calls: list[Call]) -> Callable[[np.ndarray], None]:
         (result,) = call.results
         target = f"v[{position(result.start)} : {position(result.stop)}]"
         lines.append(f"    {target} = {name}({', '.join(map(text, call.arguments))})")
-    function = compiled_text(
-        "tick", "\n".join(["def tick(v, at, constants):", *lines, ""]), laws
-    )
     positions, values = np.array(at), tuple(constants)
     try:
+        function = compiled_text(
+            "tick", "\n".join(["def tick(v, at, constants):", *lines, ""]), laws
+        )
         _compile(function, positions, values)
     except Exception as error:
         raise NotCompilable(str(error)) from error
