@@ -270,15 +270,22 @@ def start(
 ) -> Run:
     """Return a run of a scenario that has not advanced yet; the arguments are those of `simulate`.
 
-    The engine is the diagram if one of the blocks is a system of Drake's own.
+    The engine is the diagram if one of the blocks is a system of Drake's own, or if what the servos
+    get is no state: then it would depend at once on what the plant says of its contacts.
     """
     if engine not in ENGINES:
         raise ValueError(f"engine: {engine!r} is not allowed, it must be one of {ENGINES}")
     world = make_world(scenario, blocks)
-    parts = world.sensors | world.controller
-    if engine == "fused" and all(isinstance(part, Block) for part in parts.values()):
+    if engine == "fused" and _can_be_fused(world.sensors | world.controller):
         return Run(scenario, build_fused(world, scenario, compile_laws=compile_laws))
     return Run(scenario, build_simulation(scenario, blocks))
+
+
+def _can_be_fused(blocks: Blocks) -> bool:
+    if not all(isinstance(block, Block) for block in blocks.values()):
+        return False
+    states = {name for block in blocks.values() for name in block.states}
+    return {JOINT_DESIRED_STATE.name, JOINT_FEEDFORWARD.name} <= states
 
 
 def simulate(

@@ -265,3 +265,21 @@ def test_with_a_system_of_drakes_the_diagram_runs():
     expected = simulate(scenario, blocks={"imu_stabilizer": PassOn}, engine="diagram")
     for name, values in run.result(0.0).signals.items():
         assert np.array_equal(values, expected.signals[name]), name
+
+
+def test_servos_without_a_bus_run_in_the_diagram():
+    class NoBus(Block):
+        @law
+        def joint_desired_state(joint_command):
+            return joint_command[:48]
+
+        @law
+        def joint_feedforward(joint_command):
+            return joint_command[48:]
+
+    scenario = load_scenario("stand", SHORT)
+    run = start(scenario, {"joint_servos": NoBus}, "fused")
+    assert run.fused is None
+    run.advance(scenario.duration)
+    assert not run.fallen
+    assert np.array_equal(run.signal("joint_desired_state"), run.signal("joint_command")[:48])
