@@ -67,13 +67,16 @@ def BlockSystem_(T):  # noqa: N802
                 self.DeclareStateOutputPort(name, self._states[name])
                 return
             function, read = self._law(name)
+            size = block.signal(name).size
 
             def calculate(context, output):
-                output.SetFromVector(function(*[r(context) for r in read]))
+                values = function(*[r(context) for r in read])
+                check_size(name, values, size)
+                output.SetFromVector(values)
 
             port = self.DeclareVectorOutputPort(
                 name,
-                block.signal(name).size,
+                size,
                 calculate,
                 prerequisites_of_calc=self._tickets(name) or {self.nothing_ticket()},
             )
@@ -86,15 +89,18 @@ def BlockSystem_(T):  # noqa: N802
 
                 def update(context, state):
                     following = block.next_state(*[r(context) for r in read])
-                    for index, value in zip(states.values(), following, strict=True):
-                        state.set_value(index, value)
+                    for (name, index), values in zip(states.items(), following, strict=True):
+                        check_size(f"next_{name}", values, len(block.initial[name]))
+                        state.set_value(index, values)
 
                 return update
-            steps = [(states[name], *self._law(f"next_{name}")) for name in states]
+            steps = [(name, index, *self._law(f"next_{name}")) for name, index in states.items()]
 
             def update(context, state):
-                for index, function, read in steps:
-                    state.set_value(index, np.asarray(function(*[r(context) for r in read])))
+                for name, index, function, read in steps:
+                    values = function(*[r(context) for r in read])
+                    check_size(f"next_{name}", values, len(block.initial[name]))
+                    state.set_value(index, np.asarray(values))
 
             return update
 
@@ -165,6 +171,13 @@ def BlockSystem_(T):  # noqa: N802
 
 
 BlockSystem = BlockSystem_[float]
+
+
+def check_size(law: str, values: object, size: int) -> None:
+    """Check that a law gives as many numbers, in a row, as its signal has."""
+    found = len(values) if hasattr(values, "__len__") else "no row of"
+    if found != size:
+        raise ValueError(f"{law} gives {found} numbers, it must give {size}")
 
 
 def machine_value(value: object) -> object:

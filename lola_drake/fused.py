@@ -18,7 +18,13 @@ import numpy as np
 from pydrake.systems.framework import BasicVector, LeafSystem
 
 from lola_drake.block import Argument, Block, BlockError, Reading
-from lola_drake.block_system import machine_value, plain_value, sample_arguments, tick_of
+from lola_drake.block_system import (
+    check_size,
+    machine_value,
+    plain_value,
+    sample_arguments,
+    tick_of,
+)
 from lola_drake.compiled import NotCompilable, compiled, compiled_text, compiling
 from lola_drake.signals import PERIOD, Signal, of_foot
 
@@ -291,6 +297,7 @@ def _in_python(call: Call) -> Callable[[np.ndarray], None]:
                 values.append(part.tolist() if as_lists else part)
         result = call.function(*values)
         for where, value in zip(call.results, result if not as_lists else [result], strict=True):
+            check_size(call.name, value, where.stop - where.start)
             v[where] = value
 
     return run
@@ -325,8 +332,15 @@ def _in_machine_code(calls: list[Call]) -> Callable[[np.ndarray], None]:
         name = known.setdefault(call.function, f"law_{len(known)}")
         laws[name] = call.function
         (result,) = call.results
-        target = f"v[{position(result.start)} : {position(result.stop)}]"
-        lines.append(f"    {target} = {name}({', '.join(map(text, call.arguments))})")
+        first, last = position(result.start), position(result.stop)
+        given = f"result_{len(lines)}"
+        lines.append(
+            f"    {given} = {name}({', '.join(map(text, call.arguments))})\n"
+            f"    if len({given}) != {last} - {first}:\n"
+            f"        raise ValueError('{call.name} gives too many or too few numbers')\n"
+            f"    for i in range(len({given})):\n"
+            f"        v[{first} + i] = {given}[i]"
+        )
     positions, values = np.array(at), tuple(constants)
     try:
         function = compiled_text(

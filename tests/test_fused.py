@@ -203,6 +203,29 @@ def test_a_law_that_gives_numbers_of_mixed_kinds_runs_as_python():
     assert len(fused._programs) == 2
 
 
+def too_few(share):
+    return (share[0],)
+
+
+def no_row(share):
+    return share[0]
+
+
+@pytest.mark.parametrize("step", [too_few, no_row])
+def test_a_law_that_gives_too_few_numbers_is_named(step):
+    """Nothing is filled up, in whatever way it runs."""
+    tank = made("Tank", state=(State(WATER),), next_water=law(step))
+    blocks = boiler() | {"tank": tank()}
+    for system in (
+        WalkingController(blocks),
+        FusedSystem(blocks),
+        FusedSystem(blocks, compile_laws=False),
+    ):
+        with pytest.raises(ValueError, match="next_water gives (too|1|no row of)") as caught:
+            Ticks(system).step()
+        assert "\n" not in str(caught.value)
+
+
 def test_a_block_that_steps_in_python_runs_last():
     class Stepping(Block):
         signals = KNOWN["signals"]
