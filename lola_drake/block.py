@@ -39,7 +39,7 @@ class law(staticmethod):  # noqa: N801
 
 
 class Part(NamedTuple):
-    """Some entries of a signal: a field, or several in a row; of the block's own foot, if it has one.
+    """Some entries of a signal: a field, or several in a row; of the block's own foot, if any.
 
     Attributes:
         signal: the signal.
@@ -254,7 +254,9 @@ class Block:
         if name == "time":
             return Argument("time", name)
         if name == "foot" or name in self.constants or hasattr(self.params, name):
-            return Argument("noise" if isinstance(self.constants.get(name), Noise) else "constant", name)
+            return Argument(
+                "noise" if isinstance(self.constants.get(name), Noise) else "constant", name
+            )
         try:
             self.signal(name)
         except BlockError:
@@ -263,7 +265,6 @@ class Block:
                 "gain or constant of the block"
             ) from None
         return Argument("input", name)
-
 
     def _check_laws(self) -> None:
         steps = {name for name in self.laws if name.startswith("next_")}
@@ -296,7 +297,7 @@ def _fields(params: object) -> tuple[dataclasses.Field, ...]:
 
 
 def _card(cls: type[Block]) -> str:
-    """Return Drake's port card of a class of blocks; constants are those names that are no signal."""
+    """Return Drake's port card of a class; constants are those names that are no signal."""
     functions = [*cls.laws.values(), *([cls.next_state] if hasattr(cls, "next_state") else [])]
     known = SIGNALS | {signal.name: signal for signal in cls.signals}
     inputs = {}
@@ -305,8 +306,10 @@ def _card(cls: type[Block]) -> str:
             inputs[cls.objects[name].port] = None
         elif name in cls.parts:
             inputs[cls.parts[name].signal.name] = None
-        elif name not in cls.states and name not in cls.laws and (
-            name in known or split_foot(name)[0] in known
+        elif (
+            name not in cls.states
+            and name not in cls.laws
+            and (name in known or split_foot(name)[0] in known)
         ):
             inputs[name] = None
     outputs = [name for name in cls.laws if not name.startswith("next_")]

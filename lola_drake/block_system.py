@@ -4,7 +4,6 @@ from collections.abc import Callable
 
 import numpy as np
 from pydrake.autodiffutils import AutoDiffXd
-from pydrake.common.value import Value
 from pydrake.systems.framework import (
     BasicVector_,
     Context,
@@ -105,7 +104,7 @@ def BlockSystem_(T):  # noqa: N802
             return update
 
         def _law(self, name: str) -> tuple[Callable, list[Callable]]:
-            """Return a law, compiled if it can be, and what reads its arguments out of a context."""
+            """Return a law, compiled if it can be, and what reads its arguments."""
             function = self.block.laws[name]
             if T is float and compiling():
                 try:

@@ -31,7 +31,9 @@ class NotCompilable(Exception):
 
 def compiling() -> bool:
     """Return whether laws are compiled."""
-    return os.environ.get("LOLA_COMPILE", "1") != "0" and importlib.util.find_spec("numba") is not None
+    return (
+        os.environ.get("LOLA_COMPILE", "1") != "0" and importlib.util.find_spec("numba") is not None
+    )
 
 
 def compiled(function: Callable, arguments: tuple) -> Callable:
@@ -65,7 +67,11 @@ def compiled_text(name: str, text: str, functions: dict[str, Callable]) -> Calla
 
 def is_kept(function: Callable) -> bool:
     """Return whether a function that `compiled_text` made was compiled before."""
-    return any(Path(function.stats.cache_path).glob(f"{Path(function.py_func.__code__.co_filename).stem}.*"))
+    return any(
+        Path(function.stats.cache_path).glob(
+            f"{Path(function.py_func.__code__.co_filename).stem}.*"
+        )
+    )
 
 
 @cache
@@ -100,7 +106,10 @@ def digest(function: Callable) -> str:
     import numba
 
     parts = [sys.version, numba.__version__, function.__qualname__, repr(function.__defaults__)]
-    parts += [repr((code.co_code, _plain(code.co_consts), code.co_names)) for code in _codes(function.__code__)]
+    parts += [
+        repr((code.co_code, _plain(code.co_consts), code.co_names))
+        for code in _codes(function.__code__)
+    ]
     for name, value in _globals(function):
         if _is_law(value):
             parts.append(name if value in _MACHINE else digest(value))

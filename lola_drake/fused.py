@@ -26,7 +26,7 @@ from lola_drake.block_system import (
     tick_of,
 )
 from lola_drake.compiled import NotCompilable, compiled, compiled_text, compiling
-from lola_drake.signals import PERIOD, Signal, of_foot
+from lola_drake.signals import PERIOD, of_foot
 
 Blocks = Mapping[str, Block]
 """Blocks by their names in the diagram; one of one foot ends in _l or _r."""
@@ -109,7 +109,11 @@ class Layout:
 
     def _lay_states(self) -> None:
         hidden_first = sorted(
-            ((not state.hidden, name, part) for name, b in self.blocks.items() for part, state in b.states.items()),
+            (
+                (not state.hidden, name, part)
+                for name, b in self.blocks.items()
+                for part, state in b.states.items()
+            ),
             key=lambda entry: entry[0],
         )
         for visible, name, part in hidden_first:
@@ -128,7 +132,7 @@ class Layout:
                     self.signals[of_foot(name, block.foot)] = self._take(np.zeros(signal.size))
 
     def _lay_inputs(self) -> None:
-        for name, block in self.blocks.items():
+        for block in self.blocks.values():
             for port, what in block.inputs.items():
                 if isinstance(what, Reading):
                     continue
@@ -265,8 +269,9 @@ def programs(layout: Layout, compile_laws: bool) -> list[Callable[[np.ndarray], 
 
 def _programs(layout: Layout, fit: Callable[[Call], bool]) -> list[Callable]:
     found = []
-    for compile_it, calls in groupby(layout.calls, fit):
-        found += [_in_machine_code(list(calls))] if compile_it else map(_in_python, calls)
+    for compile_it, group in groupby(layout.calls, fit):
+        calls = list(group)
+        found += [_in_machine_code(calls)] if compile_it else [_in_python(call) for call in calls]
     return found
 
 

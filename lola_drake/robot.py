@@ -14,7 +14,6 @@ from lola_drake.signals import FEET, JOINTS
 from lola_drake.theory.constants import GRAVITY
 from lola_drake.theory.contact_model import Pad
 from lola_drake.theory.kinematics import (
-    FOOT_TASK,
     KinematicTree,
     body_poses,
     com_motion,

@@ -164,7 +164,9 @@ class Run:
         from lola_drake.simulation import log_ports
 
         named = ("imu", "foot_force_sensor", "contact_switches")
-        parts = [self.diagram.GetSubsystemByName(n) for n in ("controller", "plant", "walk_command")]
+        parts = [
+            self.diagram.GetSubsystemByName(n) for n in ("controller", "plant", "walk_command")
+        ]
         sensors = [self.diagram.GetSubsystemByName(name) for name in named]
         columns, first = {}, 0
         for name, port in log_ports(*parts, *sensors):

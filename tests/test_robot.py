@@ -8,7 +8,6 @@ from scipy.spatial.transform import Rotation
 
 from lola_drake.paths import models_dir
 from lola_drake.robot import (
-    FOOT_TASK,
     JOINT_INDEX,
     PADS,
     Kinematics,
@@ -21,6 +20,7 @@ from lola_drake.robot import (
 )
 from lola_drake.signals import FEET, JOINTS
 from lola_drake.theory.constants import GRAVITY
+from lola_drake.theory.kinematics import FOOT_TASK
 
 H = 1e-6
 TASK_MIRROR = np.array([1.0, -1.0, 1.0, -1.0, 1.0, -1.0])

@@ -80,7 +80,7 @@ def distribute(modified, load, r_left, r_right, margin_x, margin_y, least_force)
 
 
 def foot_wrench(share, f_z, rest_x, rest_y, margin_x, margin_y):
-    """Return T_x, T_y, F_z that a foot takes by its share of the load, its CoP within the margins."""
+    """Return T_x, T_y, F_z that a foot takes by its share, its CoP within the margins."""
     force = share * f_z
     limit_x, limit_y = max(force, 0.0) * margin_y, max(force, 0.0) * margin_x
     return (

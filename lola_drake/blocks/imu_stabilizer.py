@@ -27,7 +27,12 @@ class ImuStabilizerParams:
         1600.0, "torque per inclination", "Nm/rad", minimum=0, symbol="P", slider=(0, 4000, 20)
     )
     damping: float = parameter(
-        300.0, "torque per rate of inclination", "Nms/rad", minimum=0, symbol="D", slider=(0, 800, 5)
+        300.0,
+        "torque per rate of inclination",
+        "Nms/rad",
+        minimum=0,
+        symbol="D",
+        slider=(0, 800, 5),
     )
     torque_limit: float = parameter(
         120.0, "greatest torque that is added", "Nm", above=0, symbol="limit", slider=(1, 300, 1)

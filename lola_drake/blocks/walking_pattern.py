@@ -195,9 +195,7 @@ class WalkingPattern(Block):
         swinging = plan.lift_off < np.inf
         if swinging and self._touches_early(contact, request, plan, row):
             return self._reset(now, command, request, plan, row)
-        if row + 1 < last and (
-            swinging or not len(self._next(now, command, request.step_index))
-        ):
+        if row + 1 < last and (swinging or not len(self._next(now, command, request.step_index))):
             return None
         row = min(row + 1, last)
         step_index = request.step_index + swinging
@@ -223,9 +221,7 @@ class WalkingPattern(Block):
             return False
         return bool(contact[4 * request.swing : 4 * request.swing + 4].any())
 
-    def _reset(
-        self, now, command, request: StepRequest, plan: StepPlan, row: int
-    ) -> StepRequest:
+    def _reset(self, now, command, request: StepRequest, plan: StepPlan, row: int) -> StepRequest:
         """Return the request that takes the touched ground for the foothold: the phase reset.
 
         The foot stops where it is, and the double support begins. Its duration is the one for

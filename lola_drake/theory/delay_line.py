@@ -1,4 +1,4 @@
-"""A line of samples under way, the newest first; it may be empty, and then a sample arrives at once.
+"""A line of samples under way, the newest first; if it is empty, a sample arrives at once.
 
 All functions are laws: pure, and fit for machine code.
 """
