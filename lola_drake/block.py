@@ -167,7 +167,8 @@ class Block:
             constants: what else its laws need, by the names of their arguments.
 
         Raises:
-            BlockError: if a law's argument is nothing known.
+            BlockError: if a law's argument is nothing known, a law gives nothing known, a state has
+                no law, or outputs wait for one another.
         """
         self.params, self.foot = params, foot
         self.constants = constants
@@ -184,6 +185,8 @@ class Block:
         if self.steps_in_python:
             names = [n for n in _names(type(self).next_state) if n != "self"]
             self.arguments["next_state"] = tuple(self._argument("next_state", n) for n in names)
+        self._check_laws()
+        self._check_order()
 
     @classmethod
     def in_place_of(cls, block: "Block") -> "Block":
@@ -233,6 +236,10 @@ class Block:
             raise BlockError(f"{type(self).__name__}: no signal is called {name!r}")
         return signal
 
+    def needed_outputs(self, name: str) -> set[str]:
+        """Return the block's own outputs that one of its laws reads."""
+        return {n for kind, n, _ in self.arguments[name] if kind == "output"}
+
     def constant(self, name: str) -> object:
         """Return a constant of the block, or one of its parameters."""
         if name == "foot":
@@ -244,11 +251,14 @@ class Block:
             return Argument("object", name)
         if name in self.states:
             return Argument("state", name)
-        if name in self.laws:
+        if name in self.laws and not name.startswith("next_"):
             return Argument("output", name)
         if name in self.parts:
             part = self.parts[name]
-            return Argument("input", part.signal.name, part.where(self.foot))
+            try:
+                return Argument("input", part.signal.name, part.where(self.foot))
+            except KeyError as error:
+                raise BlockError(f"{type(self).__name__}.{name}: {error.args[0]}") from None
         if name in self.gains:
             return Argument("gain", name)
         if name == "time":
@@ -265,6 +275,23 @@ class Block:
                 "gain or constant of the block"
             ) from None
         return Argument("input", name)
+
+    def _check_laws(self) -> None:
+        steps = {name for name in self.laws if name.startswith("next_")}
+        expected = set() if self.steps_in_python else {f"next_{name}" for name in self.states}
+        for name in sorted(steps ^ expected):
+            what = "no law gives it" if name in expected else "it has no such state"
+            raise BlockError(f"{type(self).__name__}.{name}: {what}")
+        for name in self.laws.keys() - steps:
+            self.signal(name)
+
+    def _check_order(self) -> None:
+        waiting = {name for name in self.laws if not name.startswith("next_")}
+        while ready := {n for n in waiting if not self.needed_outputs(n) & waiting}:
+            waiting -= ready
+        if waiting:
+            names = ", ".join(n for n in self.laws if n in waiting)
+            raise BlockError(f"{type(self).__name__}: these outputs wait for one another: {names}")
 
 
 def _as_state(state: Signal | State) -> State:

@@ -1,6 +1,6 @@
 """The Drake system of a block: ports, tickets, state, gains and updates out of its declaration."""
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from functools import cache
 
 import numpy as np
@@ -47,8 +47,8 @@ def BlockSystem_(T):  # noqa: N802
             }
             self._inputs = {name: self._input(name, what) for name, what in block.inputs.items()}
             self._states = {n: self.DeclareDiscreteState(x) for n, x in block.initial.items()}
-            self._laws, self._tickets = {}, {}
-            for name in _in_order(block):
+            self._laws = {}
+            for name in block.outputs:
                 self._declare_output(name)
             if self._states:
                 self.DeclarePeriodicDiscreteUpdateEvent(PERIOD, 0.0, self._update())
@@ -66,18 +66,19 @@ def BlockSystem_(T):  # noqa: N802
             if name in self._states:
                 self.DeclareStateOutputPort(name, self._states[name])
                 return
-            arguments = block.arguments[name]
             function, read = self._law(name)
-            self._tickets[name] = set().union(*map(self._ticket, arguments))
+            size = block.signal(name).size
 
             def calculate(context, output):
-                output.SetFromVector(function(*[r(context) for r in read]))
+                values = function(*[r(context) for r in read])
+                check_size(name, values, size)
+                output.SetFromVector(values)
 
             port = self.DeclareVectorOutputPort(
                 name,
-                block.signal(name).size,
+                size,
                 calculate,
-                prerequisites_of_calc=self._tickets[name] or {self.nothing_ticket()},
+                prerequisites_of_calc=self._tickets(name) or {self.nothing_ticket()},
             )
             self._laws[name] = port
 
@@ -88,15 +89,18 @@ def BlockSystem_(T):  # noqa: N802
 
                 def update(context, state):
                     following = block.next_state(*[r(context) for r in read])
-                    for index, value in zip(states.values(), following, strict=True):
-                        state.set_value(index, value)
+                    for (name, index), values in zip(states.items(), following, strict=True):
+                        check_size(f"next_{name}", values, len(block.initial[name]))
+                        state.set_value(index, values)
 
                 return update
-            steps = [(states[name], *self._law(f"next_{name}")) for name in states]
+            steps = [(name, index, *self._law(f"next_{name}")) for name, index in states.items()]
 
             def update(context, state):
-                for index, function, read in steps:
-                    state.set_value(index, np.asarray(function(*[r(context) for r in read])))
+                for name, index, function, read in steps:
+                    values = function(*[r(context) for r in read])
+                    check_size(f"next_{name}", values, len(block.initial[name]))
+                    state.set_value(index, np.asarray(values))
 
             return update
 
@@ -114,13 +118,16 @@ def BlockSystem_(T):  # noqa: N802
         def _readers_of(self, name: str, *, as_arrays: bool) -> list[Callable]:
             return [self._reader(argument, as_arrays) for argument in self.block.arguments[name]]
 
+        def _tickets(self, law: str) -> set:
+            return set().union(*map(self._ticket, self.block.arguments[law]))
+
         def _ticket(self, argument: Argument) -> set:
             kind, name, _ = argument
             if kind in ("input", "object"):
                 port = self._inputs[self.block.objects[name].port if kind == "object" else name]
                 return {port.ticket()}
             if kind == "output":
-                return self._tickets[name]
+                return self._tickets(name)
             if kind == "state":
                 return {self.discrete_state_ticket(self._states[name])}
             if kind == "gain":
@@ -131,8 +138,11 @@ def BlockSystem_(T):  # noqa: N802
         def _reader(self, argument: Argument, as_array: bool) -> Callable:
             kind, name, where = argument
             form = (lambda v: v) if as_array else (lambda v: v.tolist())
-            if kind in ("input", "output"):
-                port = self._inputs[name] if kind == "input" else self._laws[name]
+            if kind == "output":
+                ports = self._laws
+                return lambda context: form(ports[name].Eval(context))
+            if kind == "input":
+                port = self._inputs[name]
                 if where is None:
                     return lambda context: form(port.Eval(context))
                 if isinstance(where, int):
@@ -173,20 +183,11 @@ def _named(name: str) -> type[BlockSystem]:
     return type(name, (BlockSystem,), {"__module__": __name__})
 
 
-def _in_order(block: Block) -> Iterable[str]:
-    """Return the outputs such that each comes after those that its law reads, else as declared."""
-    waiting = list(block.outputs)
-    done: set[str] = set()
-    while waiting:
-        ready = next(n for n in waiting if needed_outputs(block, n) <= done)
-        waiting.remove(ready)
-        done.add(ready)
-        yield ready
-
-
-def needed_outputs(block: Block, name: str) -> set[str]:
-    """Return the block's own outputs that one of its laws reads."""
-    return {n for kind, n, _ in block.arguments.get(name, ()) if kind == "output"}
+def check_size(law: str, values: object, size: int) -> None:
+    """Check that a law gives as many numbers, in a row, as its signal has."""
+    found = len(values) if hasattr(values, "__len__") else "no row of"
+    if found != size:
+        raise ValueError(f"{law} gives {found} numbers, it must give {size}")
 
 
 def machine_value(value: object) -> object:

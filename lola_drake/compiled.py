@@ -44,10 +44,12 @@ def compiled(function: Callable, arguments: tuple) -> Callable:
     """
     import numba
 
-    twin = _called(function)
     try:
+        twin = _called(function)
         twin.compile(tuple(numba.typeof(argument) for argument in arguments))
-    except (numba.core.errors.NumbaError, NotImplementedError) as error:
+    except NotCompilable:
+        raise
+    except Exception as error:  # numba's are of many kinds
         reason = str(error).strip().splitlines()
         raise NotCompilable(reason[0] if reason else type(error).__name__) from error
     return twin
@@ -114,12 +116,11 @@ def digest(function: Callable) -> str:
     for name, value in _globals(function):
         if _is_law(value):
             parts.append(name if value in _MACHINE else digest(value))
-        elif isinstance(value, np.ndarray):
-            parts.append(f"{name} {value.dtype} {value.shape} {value.tobytes().hex()}")
-        elif isinstance(value, (bool, int, float, str, tuple)):
-            parts.append(f"{name} {value!r}")
+        elif isinstance(value, types.ModuleType):
+            attributes = [n for n in _names(function) if n in vars(value)]
+            parts += [f"{name}.{n} {_text(getattr(value, n))}" for n in attributes]
         else:
-            parts.append(name)
+            parts.append(f"{name} {_text(value)}")
     return hashlib.sha256("\n".join(parts).encode()).hexdigest()
 
 
@@ -134,10 +135,24 @@ def _codes(code: types.CodeType) -> Iterator[types.CodeType]:
             yield from _codes(constant)
 
 
+def _text(value: object) -> str:
+    """Return what identifies a constant; nothing for what is none."""
+    if isinstance(value, np.ndarray):
+        return f"{value.dtype} {value.shape} {value.tobytes().hex()}"
+    if isinstance(value, tuple):
+        return f"({', '.join(map(_text, value))})"
+    return repr(value) if isinstance(value, (bool, int, float, str, np.generic)) else ""
+
+
+def _names(function: Callable) -> list[str]:
+    """Return the names of globals and attributes that a function refers to."""
+    return sorted({name for code in _codes(function.__code__) for name in code.co_names})
+
+
 def _globals(function: Callable) -> list[tuple[str, object]]:
     """Return the global names that a function refers to, with their values."""
-    names = {name for code in _codes(function.__code__) for name in code.co_names}
-    return [(n, function.__globals__[n]) for n in sorted(names) if n in function.__globals__]
+    space = function.__globals__
+    return [(name, space[name]) for name in _names(function) if name in space]
 
 
 def _is_law(value: object) -> bool:

@@ -19,8 +19,8 @@ from pydrake.systems.framework import BasicVector, Context, InputPort, LeafSyste
 
 from lola_drake.block import Argument, Block, BlockError, Reading
 from lola_drake.block_system import (
+    check_size,
     machine_value,
-    needed_outputs,
     plain_value,
     sample_arguments,
     tick_of,
@@ -224,7 +224,7 @@ class Layout:
 
     def _read_signals(self, name: str, output: str) -> set[str]:
         block = self.blocks[name]
-        own = {of_foot(n, block.foot) for n in needed_outputs(block, output)}
+        own = {of_foot(n, block.foot) for n in block.needed_outputs(output)}
         return own | {
             self._source(block, what)
             for kind, what, _ in block.arguments[output]
@@ -274,6 +274,7 @@ def _compiles(layout: Layout, call: Call) -> bool:
         return False
     try:
         compiled(call.function, sample_arguments(layout.blocks[call.block], call.name))
+        _in_machine_code([call])  # What it returns may be nothing that fits into the vector.
     except NotCompilable:
         return False
     return True
@@ -295,6 +296,7 @@ def _in_python(call: Call) -> Callable[[np.ndarray], None]:
                 values.append(part.tolist() if as_lists else part)
         result = call.function(*values)
         for where, value in zip(call.results, result if not as_lists else [result], strict=True):
+            check_size(call.name, value, where.stop - where.start)
             v[where] = value
 
     return run
@@ -345,11 +347,20 @@ def _in_machine_code(calls: list[Call]) -> Callable[[np.ndarray], None]:
         name = known.setdefault(call.function, f"law_{len(known)}")
         laws[name] = call.function
         (result,) = call.results
-        target = f"v[{position(result.start)} : {position(result.stop)}]"
-        lines.append(f"    {target} = {name}({', '.join(map(text, call.arguments))})")
-    function = compiled_text("tick", "\n".join(["def tick(v, at, constants):", *lines, ""]), laws)
+        first, last = position(result.start), position(result.stop)
+        given = f"result_{len(lines)}"
+        lines.append(
+            f"    {given} = {name}({', '.join(map(text, call.arguments))})\n"
+            f"    if len({given}) != {last} - {first}:\n"
+            f"        raise ValueError('{call.name} gives too many or too few numbers')\n"
+            f"    for i in range(len({given})):\n"
+            f"        v[{first} + i] = {given}[i]"
+        )
     positions, values = np.array(at), tuple(constants)
     try:
+        function = compiled_text(
+            "tick", "\n".join(["def tick(v, at, constants):", *lines, ""]), laws
+        )
         _compile(function, positions, values)
     except Exception as error:
         raise NotCompilable(str(error)) from error

@@ -15,7 +15,7 @@ from lola_drake.results import Result
 from lola_drake.run import Run
 from lola_drake.scenario import Scenario, as_scenario
 from lola_drake.servos import DampingServos, ImplicitServos
-from lola_drake.signals import PERIOD
+from lola_drake.signals import JOINT_DESIRED_STATE, JOINT_FEEDFORWARD, PERIOD
 from lola_drake.swap import Replacement
 from lola_drake.world import build_fused, build_simulation, make_world
 
@@ -69,13 +69,14 @@ def start(
 ) -> Run:
     """Return a run that has not advanced yet; the arguments are those of `simulate`.
 
-    The engine is the diagram if one of the blocks is a system of Drake's own. The fused one begins
-    with the cheaper servos, which know no limits; see `lola_drake.servos`.
+    The engine is the diagram if one of the blocks is a system of Drake's own, or if what the servos
+    get is no state. The fused one begins with the cheaper servos, which know no limits; see
+    `lola_drake.servos`.
     """
     if engine not in ENGINES:
         raise ValueError(f"engine: {engine!r} is not allowed, it must be one of {ENGINES}")
     scenario = as_scenario(scenario)
-    if engine == "diagram" or not _all_declared(scenario, blocks):
+    if engine == "diagram" or not _can_be_fused(scenario, blocks):
         return Run(scenario, build_simulation(scenario, blocks))
 
     def fused(servos: type[ImplicitServos | DampingServos]) -> Diagram:
@@ -85,12 +86,19 @@ def start(
     return Run(scenario, fused(DampingServos), lambda: fused(ImplicitServos))
 
 
-def _all_declared(scenario: Scenario, blocks: Mapping[str, Replacement] | None) -> bool:
-    """Return whether every block is one that declares its laws."""
+def _can_be_fused(scenario: Scenario, blocks: Mapping[str, Replacement] | None) -> bool:
+    """Return whether all blocks declare their laws, and what the servos get is state.
+
+    Otherwise it would depend at once on what the plant says of its contacts.
+    """
     if not blocks and not scenario.blocks:
         return True
     world = make_world(scenario, blocks)
-    return all(isinstance(b, Block) for b in (*world.sensors.values(), *world.controller.values()))
+    parts = [*world.sensors.values(), *world.controller.values()]
+    if not all(isinstance(part, Block) for part in parts):
+        return False
+    states = {name for part in parts for name in part.states}
+    return {JOINT_DESIRED_STATE.name, JOINT_FEEDFORWARD.name} <= states
 
 
 @contextmanager

@@ -3,15 +3,15 @@
 import hashlib
 import importlib.util
 import sys
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from functools import cache
 
 from pydrake.systems.framework import LeafSystem, PortDataType
 
 from lola_drake.atomic_file import reason
-from lola_drake.block import Block, BlockError
+from lola_drake.block import Block, BlockError, Reading
 from lola_drake.scenario import OwnLaw
-from lola_drake.signals import Signal, signal_of, split_foot
+from lola_drake.signals import Signal, of_foot, signal_of, split_foot
 from lola_drake.typed_yaml import suggestion
 
 Replacement = Block | LeafSystem | type[Block] | Callable[[Block], Block | LeafSystem]
@@ -39,6 +39,7 @@ def swapped(
             raise BlockError(f"{name}: give a class, or one block each for {' and '.join(targets)}")
         for target in targets:
             result[target] = _made(target, replacement, blocks[target])
+    _check_sources(blocks, result)
     return result
 
 
@@ -79,9 +80,12 @@ def _made(name: str, replacement: Replacement, block: Block) -> Block | LeafSyst
     elif isinstance(replacement, (Block, LeafSystem)):
         made = replacement
     else:
-        made = replacement(block)
+        made = replacement(block) if callable(replacement) else replacement
     if not isinstance(made, (Block, LeafSystem)):
         raise BlockError(f"{name}: {made!r} is neither a Block nor a LeafSystem")
+    if isinstance(made, Block) and made.foot != block.foot:
+        feet = (f"the foot {foot!r}" if foot else "no foot" for foot in (made.foot, block.foot))
+        raise BlockError(f"{name}: {_called(made)} is one of {', it must be one of '.join(feet)}")
     given = made.outputs if isinstance(made, Block) else _ports(made)[1]
     for port, signal in block.outputs.items():
         if port not in given:
@@ -98,13 +102,36 @@ def _made(name: str, replacement: Replacement, block: Block) -> Block | LeafSyst
 
 def _check_inputs(name: str, system: LeafSystem, block: Block) -> None:
     for port, size in _ports(system)[0].items():
-        signal = signal_of(port)
-        known = signal.size if signal else None
-        if port not in block.inputs and known != size:
+        what = block.inputs.get(port) or signal_of(port)
+        known = 0 if isinstance(what, Reading) else what and what.size
+        if known != size:
             what = f"{known} entries" if known else "no signal of that name"
-            raise BlockError(
-                f"{name}: input {port!r} of {_called(system)} has {size}, there is {what}"
-            )
+            has = f"input {port!r} of {_called(system)} has {size}"
+            raise BlockError(f"{name}: {has}, there is {what}")
+
+
+def _check_sources(before: Mapping[str, Block], after: Mapping[str, Block | LeafSystem]) -> None:
+    """Check that all inputs come from one block each, or from where the blocks before had them."""
+    outside = {port for _, port in _without_source(before)}
+    for name, port in _without_source(after):
+        if port not in outside:
+            raise BlockError(f"{name}: no block gives its input {port!r}")
+
+
+def _without_source(blocks: Mapping[str, Block | LeafSystem]) -> Iterator[tuple[str, str]]:
+    """Yield the blocks and their inputs that no block gives."""
+    sources: dict[str, str] = {}
+    for name, block in blocks.items():
+        outputs = block.outputs if isinstance(block, Block) else _ports(block)[1]
+        for port in outputs:
+            signal = of_foot(port, split_foot(name)[1])
+            if signal in sources:
+                raise BlockError(f"{sources[signal]} and {name} both give {signal!r}")
+            sources[signal] = name
+    for name, block in blocks.items():
+        for port in block.inputs if isinstance(block, Block) else _ports(block)[0]:
+            if not {port, of_foot(port, split_foot(name)[1])} & sources.keys():
+                yield name, port
 
 
 def _ports(system: LeafSystem) -> tuple[dict[str, int], dict[str, int]]:

@@ -48,23 +48,23 @@ def play_pattern():
     It takes the steps (forward, left, turn) or None, the command by time, and parameters of the
     pattern; it returns the signals by name, one row per tick.
     """
+    from ticking import Ticking
+
     from lola_drake.blocks.walking_pattern import WalkingPattern, WalkingPatternParams
     from lola_drake.robot import Kinematics, leg_model
 
     legs = leg_model(Kinematics())
 
     def play(ticks, *, steps=None, command=lambda time: np.zeros(3), **params):
-        block = WalkingPattern(WalkingPatternParams(**params), legs, 0.001, steps=steps)
-        context = block.CreateDefaultContext()
-        block.GetInputPort("contact").FixValue(context, np.ones(8))
-        ports = [block.get_output_port(i) for i in range(block.num_output_ports())]
-        rows = {port.get_name(): np.empty((ticks, port.size())) for port in ports}
+        pattern = Ticking(WalkingPattern(WalkingPatternParams(**params), legs, steps=steps))
+        pattern.fix("contact", np.ones(8))
+        outputs = pattern.block.outputs
+        rows = {name: np.empty((ticks, signal.size)) for name, signal in outputs.items()}
         for k in range(ticks):
-            block.GetInputPort("walk_command").FixValue(context, command(context.get_time()))
-            for port in ports:
-                rows[port.get_name()][k] = port.Eval(context)
-            context.SetDiscreteState(block.EvalUniquePeriodicDiscreteUpdate(context))
-            context.SetTime(0.001 * (k + 1))
+            pattern.fix("walk_command", command(pattern.context.get_time()))
+            for name in rows:
+                rows[name][k] = pattern.output(name)
+            pattern.step()
         return rows
 
     return play

@@ -6,18 +6,21 @@ import numpy as np
 import pytest
 from mirror import MIRRORED_JOINTS
 
+from lola_drake.block_system import gain_of, set_gain
 from lola_drake.blocks.hybrid_force_control import FORCE_CONTROLLED
 from lola_drake.blocks.joint_servos import JointServosParams, servo_gains
 from lola_drake.controller import (
     WalkingController,
+    controller_blocks,
     initial_stance,
     pads_matrix,
     servo_compliances,
 )
-from lola_drake.robot import FOOT_TASK, Kinematics
+from lola_drake.robot import Kinematics
 from lola_drake.scenario import Scenario
 from lola_drake.signals import JOINTS, PERIOD
 from lola_drake.theory.contact_model import command_gradient
+from lola_drake.theory.kinematics import FOOT_TASK
 
 SENSORS = ("torso_orientation", "measured_wrench", "contact")
 TICKS = 50
@@ -36,7 +39,10 @@ class Loop:
         scenario = Scenario(variant=variant)
         servos = JointServosParams(delay_ticks=delay_ticks)
         scenario = replace(scenario, control=replace(scenario.control, servos=servos))
-        self.controller = WalkingController(scenario)
+        kinematics = Kinematics()
+        self.stance = initial_stance(scenario, kinematics)
+        blocks = controller_blocks(scenario, kinematics, self.stance)
+        self.controller = WalkingController(blocks)
         self.context = self.controller.CreateDefaultContext()
         self.controller.GetInputPort("walk_command").FixValue(self.context, np.zeros(3))
 
@@ -53,9 +59,9 @@ class Loop:
     def output(self, name):
         return self.controller.GetOutputPort(name).Eval(self.context).copy()
 
-    def block_context(self, name):
-        block = self.controller.GetSubsystemByName(name)
-        return block.GetMyMutableContextFromRoot(self.context)
+    def halve(self, block, gain):
+        system = self.controller.GetSubsystemByName(block)
+        set_gain(system, self.context, gain, 0.5 * gain_of(system, self.context, gain))
 
 
 def quiet():
@@ -130,7 +136,7 @@ def test_sensors_without_symmetry_move_the_joints_without_symmetry():
 
 
 def test_standing_posture_is_its_own_mirror_image():
-    q = Loop().controller.stance.q
+    q = Loop().stance.q
     np.testing.assert_allclose(mirrored_joints(q), q, atol=1e-9)
 
 
@@ -202,20 +208,20 @@ def test_without_com_dynamics_a_contact_switch_does_nothing():
     ],
 )
 def test_every_gain_is_a_parameter_that_changes_the_motion(block, variant, gains):
-    context = Loop(variant).block_context(block)
-    assert context.num_numeric_parameter_groups() == 1
-    assert context.get_numeric_parameter(0).size() == gains
+    system = Loop(variant).controller.GetSubsystemByName(block)
+    context = system.CreateDefaultContext()
+    assert context.num_numeric_parameter_groups() == len(system.gain_index) == gains
+    assert all(context.get_numeric_parameter(i).size() == 1 for i in range(gains))
     before = _motion(variant)
-    for k in range(gains):
-        assert not np.array_equal(_motion(variant, block, k), before), k
+    for gain in system.gain_index:
+        assert not np.array_equal(_motion(variant, block, gain), before), gain
 
 
 def _motion(variant, block=None, gain=None):
     """Return where the joints end when one gain is halved."""
     loop = Loop(variant)
     if block is not None:
-        gains = loop.block_context(block).get_mutable_numeric_parameter(0)
-        gains.SetAtIndex(gain, 0.5 * gains.GetAtIndex(gain))
+        loop.halve(block, gain)
     for sensed in restless():
         loop.step(sensed)
     return loop.output("joint_desired_state")

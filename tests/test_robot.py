@@ -8,7 +8,6 @@ from scipy.spatial.transform import Rotation
 
 from lola_drake.paths import models_dir
 from lola_drake.robot import (
-    FOOT_TASK,
     JOINT_INDEX,
     PADS,
     Kinematics,
@@ -21,6 +20,7 @@ from lola_drake.robot import (
 )
 from lola_drake.signals import FEET, JOINTS
 from lola_drake.theory.constants import GRAVITY
+from lola_drake.theory.kinematics import FOOT_TASK
 
 H = 1e-6
 TASK_MIRROR = np.array([1.0, -1.0, 1.0, -1.0, 1.0, -1.0])
@@ -137,17 +137,26 @@ def test_tcp_is_the_centroid_of_the_pads():
 def test_pads_are_where_they_are_said_to_be(kinematics, foot):
     kinematics.update(posture(0.4, 0.8))
     points, _ = kinematics.pads(foot)
-    assert points == pytest.approx(np.array([[pad.x, pad.y] for pad in PADS]), abs=1e-9)
+    tcp = kinematics.w[FOOT_TASK * foot :][:2]
+    assert points - tcp == pytest.approx(np.array([[pad.x, pad.y] for pad in PADS]), abs=1e-9)
 
 
 @POSTURES
 @pytest.mark.parametrize("foot", [0, 1])
-def test_pads_heights_change_as_their_rates_say(kinematics, q, foot):
+def test_pads_heights_change_as_their_rates_say(kinematics, plant, zero_pose, q, foot):
+    tcp = plant.GetFrameByName(f"tcp_{FEET[foot]}")
+    links = [plant.GetFrameByName(f"{link}{FEET[foot]}") for link in ("foot_", "zf")]
+    centres = np.array([[pad.x, pad.y, 0.0] for pad in PADS]).T
+    pads = [
+        (link, plant.CalcPointsPositions(zero_pose, tcp, p_TcpPads, link))
+        for link, p_TcpPads in zip(links, np.hsplit(centres, 2), strict=True)
+    ]
+
     def heights(q):
         # Of the pads' centres over the CoM, from the model itself.
         kinematics.update(q)
-        heights, plant, context = [], kinematics.plant, kinematics.context
-        for frame, p_BPads in kinematics._pad_points[foot]:
+        heights, context = [], kinematics.context
+        for frame, p_BPads in pads:
             p_WPads = plant.CalcPointsPositions(context, frame, p_BPads, plant.world_frame())
             heights += list(p_WPads[2])
         return np.array(heights) - plant.CalcCenterOfMassPositionInWorld(context)[2]

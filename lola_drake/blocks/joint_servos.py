@@ -86,6 +86,7 @@ class JointServos(Block):
     kind = "actuation"
     acts_outside = ("position_gain", "velocity_bandwidth")
     state = (State(UNDER_WAY, hidden=True), JOINT_DESIRED_STATE, JOINT_FEEDFORWARD)
+    differentiable = False
 
     def __init__(
         self,

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from ticking import Ticking
 
 from lola_drake.blocks.com_dynamics import (
     ComDynamics,
@@ -25,20 +26,13 @@ FORCES = st.floats(-1e3, 1e3)
 LEVERS = st.floats(-0.3, 0.3)
 
 
-class Foot:
-    """The block of one foot, which is stepped tick by tick."""
+class Foot(Ticking):
+    """The block of one foot."""
 
     def __init__(self, foot="l", **params):
-        self.params = ComDynamicsParams(**params)
-        self.block = ComDynamics(self.params, foot, INERTIA, MODIFICATION_LIMITS, PERIOD)
-        self.context = self.block.CreateDefaultContext()
-        for i in range(self.block.num_input_ports()):
-            port = self.block.get_input_port(i)
-            port.FixValue(self.context, np.zeros(port.size()))
+        constants = {"inertia": INERTIA, "modification_limits": MODIFICATION_LIMITS}
+        super().__init__(ComDynamics(ComDynamicsParams(**params), foot, **constants))
         self.foot = foot
-
-    def fix(self, name, value):
-        self.block.GetInputPort(name).FixValue(self.context, np.asarray(value, dtype=float))
 
     def stand(self, x, y):
         reference = np.zeros(TASK_REFERENCE.size)
@@ -46,27 +40,22 @@ class Foot:
         self.fix("task_reference", reference)
 
     def step(self, ticks=1):
-        for _ in range(ticks):
-            updates = self.block.EvalUniquePeriodicDiscreteUpdate(self.context)
-            self.context.SetDiscreteState(updates)
-        return self.rate()
-
-    def rate(self):
-        return self.block.GetOutputPort("com_dynamics_rate").Eval(self.context).copy()
+        super().step(ticks)
+        return self.output("com_dynamics_rate")
 
 
 @given(st.tuples(FORCES, FORCES, FORCES), LEVERS, LEVERS)
 def test_acceleration_is_that_of_equation_18(error, r_x, r_y):
     r_f = np.array([[1.0, 0.0, r_y], [0.0, 1.0, -r_x], [0.0, 0.0, 1.0]])
     expected = np.linalg.solve(np.diag(INERTIA), r_f @ error)
-    assert com_acceleration(INERTIA, r_x, r_y, error) == pytest.approx(expected, abs=1e-9)
+    assert com_acceleration(INERTIA, r_x, r_y, *error) == pytest.approx(expected, abs=1e-9)
 
 
 @given(st.tuples(FORCES, FORCES, FORCES), LEVERS, LEVERS)
 def test_mirrored_error_gives_the_mirrored_acceleration(error, r_x, r_y):
     e_x, e_y, e_z = error
-    a_x, a_y, a_z = com_acceleration(INERTIA, r_x, r_y, error)
-    mirrored = com_acceleration(INERTIA, r_x, -r_y, (-e_x, e_y, e_z))
+    a_x, a_y, a_z = com_acceleration(INERTIA, r_x, r_y, *error)
+    mirrored = com_acceleration(INERTIA, r_x, -r_y, -e_x, e_y, e_z)
     assert mirrored == pytest.approx((-a_x, a_y, a_z))
 
 
@@ -95,7 +84,7 @@ def test_stance_foot_integrates_the_acceleration_backwards(foot, contact):
     block.stand(0.05, -0.1)
     block.fix("contact", contact)
     block.fix("contact_wrench", [4.0, -3.0, -20.0])
-    acceleration = com_acceleration(INERTIA, 0.05, -0.1, (-4.0, 3.0, 20.0))
+    acceleration = com_acceleration(INERTIA, 0.05, -0.1, -4.0, 3.0, 20.0)
     assert block.step(25) == pytest.approx(-25 * PERIOD * np.array(acceleration))
 
 
@@ -142,7 +131,7 @@ def test_gain_of_zero_switches_it_off():
 def test_rate_decays_outside_single_support(contact):
     foot = Foot(decay_gain=20.0)
     start = np.array([0.5, -1.0, 0.3])
-    foot.context.SetDiscreteState(start)
+    foot.set_state("com_dynamics_rate", start)
     foot.fix("contact", contact)
     ratio = foot.step(50) / start
     assert ratio == pytest.approx(np.full(3, np.exp(-1)), rel=0.02)

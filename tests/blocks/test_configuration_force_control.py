@@ -2,11 +2,15 @@
 
 import numpy as np
 import pytest
+from ticking import Ticking
 
+from lola_drake.block_system import BlockSystem
 from lola_drake.blocks.configuration_force_control import (
     ConfigurationForceControl,
+    behind_servos,
     foot_law,
-    share_of_contact,
+    opened_by_servos,
+    solved,
     spring_gradient,
 )
 from lola_drake.blocks.hybrid_force_control import (
@@ -17,9 +21,10 @@ from lola_drake.blocks.hybrid_force_control import (
     modification_rate,
 )
 from lola_drake.blocks.inverse_kinematics import InverseKinematicsParams
-from lola_drake.robot import FOOT_TASK, JOINT_INDEX, PADS, Kinematics, foot_sensor_geometry, posture
+from lola_drake.robot import JOINT_INDEX, PADS, Kinematics, foot_sensor_geometry, posture
 from lola_drake.signals import GAIT_PHASE, TASK_REFERENCE
 from lola_drake.theory.contact_model import Pad, ServoCompliance, command_gradient, contact_matrix
+from lola_drake.theory.kinematics import FOOT_TASK
 
 POINTS = np.array([[pad.x, pad.y] for pad in PADS])
 RIGID = np.column_stack([POINTS[:, 1], -POINTS[:, 0], np.ones(4)])
@@ -75,8 +80,9 @@ def test_springs_are_softer_in_rotation_than_pads_with_extent():
 def test_springs_behind_the_servos_are_in_series_with_them():
     compliance = np.array([[1e-4, 2e-5, 1e-6], [2e-5, 1.5e-4, 3e-6], [1e-6, 3e-6, 1e-6]])
     gradient = spring_gradient(POINTS, RIGID, STIFFNESS)
-    share = share_of_contact(gradient, compliance)
-    np.testing.assert_allclose(share @ gradient, command_gradient(gradient, compliance), rtol=1e-9)
+    loop = opened_by_servos(gradient, compliance, 0.6)
+    series = behind_servos(loop, gradient)
+    np.testing.assert_allclose(series, command_gradient(gradient, 0.6 * compliance), rtol=1e-9)
 
 
 @pytest.mark.parametrize("foot", [0, 1])
@@ -120,7 +126,7 @@ def test_with_straight_toes_the_gradient_goes_through_the_task(kinematics, bent,
     q = bent.copy()
     q[toes] = 0.0
     kinematics.update(q)
-    points, rates = kinematics.pads(foot)
+    points, rates = pads(kinematics, foot)
     by_joints = spring_gradient(points, rates, STIFFNESS)
     by_task = spring_gradient(points, RIGID, STIFFNESS)
     task = kinematics.jacobian[FOOT_TASK * foot + FORCE_CONTROLLED]
@@ -131,8 +137,14 @@ def test_with_straight_toes_the_gradient_goes_through_the_task(kinematics, bent,
     )
 
 
-def law(kinematics, foot=0, *, blend, force_rate=(3.0, -4.0, 900.0), deviation=(0.02, -0.01, 0.03)):
+def pads(kinematics, foot):
+    """Return where the pads' centres are relative to the TCP, and the rates of their heights."""
     points, rates = kinematics.pads(foot)
+    return points - kinematics.w[FOOT_TASK * foot :][:2], rates
+
+
+def law(kinematics, foot=0, *, blend, force_rate=(3.0, -4.0, 900.0), deviation=(0.02, -0.01, 0.03)):
+    points, rates = pads(kinematics, foot)
     return foot_law(
         force_by_joints=spring_gradient(points, rates, STIFFNESS),
         force_by_task=spring_gradient(points, RIGID, STIFFNESS),
@@ -147,17 +159,17 @@ def law(kinematics, foot=0, *, blend, force_rate=(3.0, -4.0, 900.0), deviation=(
 def test_force_control_makes_the_error_decay(kinematics, bent):
     """Eq. 14: joint rates that satisfy the rows change the springs' forces by e / delta."""
     error, time_constant = np.array([5.0, -7.0, 60.0]), 0.02
-    ruled = law(kinematics, blend=1.0, force_rate=error / time_constant)
-    q_dot = np.linalg.lstsq(ruled.rows, ruled.drive, rcond=None)[0]
-    points, rates = kinematics.pads(0)
+    rows, _, drive = law(kinematics, blend=1.0, force_rate=error / time_constant)
+    q_dot = np.linalg.lstsq(rows, drive, rcond=None)[0]
+    points, rates = pads(kinematics, 0)
     changed = spring_gradient(points, rates, STIFFNESS) @ q_dot
     np.testing.assert_allclose(changed, error / time_constant)
 
 
 def test_position_control_returns_to_the_plan(kinematics, bent):
-    ruled = law(kinematics, blend=0.0)
-    np.testing.assert_allclose(ruled.modification_rate(), [-0.12, 0.06, -0.18])
-    np.testing.assert_allclose(ruled.rows, kinematics.jacobian[FORCE_CONTROLLED])
+    rows, task_rows, drive = law(kinematics, blend=0.0)
+    np.testing.assert_allclose(solved(task_rows, drive), [-0.12, 0.06, -0.18])
+    np.testing.assert_allclose(rows, kinematics.jacobian[FORCE_CONTROLLED])
 
 
 @pytest.mark.parametrize("blend", [0.0, 0.4, 1.0])
@@ -165,7 +177,7 @@ def test_with_the_same_stiffness_it_is_the_papers_law(kinematics, bent, blend):
     """With an uncoupled U (equal springs about the TCP) eq. 16 gives the same modification."""
     force_rate, deviation = np.array([3.0, -4.0, 900.0]), np.array([0.02, -0.01, 0.03])
     matrix = spring_gradient(POINTS, RIGID, np.full(4, 3e4))
-    ruled = foot_law(
+    _, task_rows, drive = foot_law(
         np.zeros((3, 24)), matrix, np.zeros((3, 24)), force_rate, deviation, np.full(3, blend), 6.0
     )
     expected = modification_rate(
@@ -175,53 +187,48 @@ def test_with_the_same_stiffness_it_is_the_papers_law(kinematics, bent, blend):
         np.full(3, blend),
         6.0,
     )
-    np.testing.assert_allclose(ruled.modification_rate(), expected, rtol=1e-9)
+    np.testing.assert_allclose(solved(task_rows, drive), expected, rtol=1e-9)
 
 
 def test_a_late_foot_seeks_the_ground_until_it_touches():
     kinematics, q = Kinematics(), posture(hip=0.4, knee=0.8)
     kinematics.update(q)
-    block = configuration_force_control(kinematics, q)
-    context = block.CreateDefaultContext()
-    for i in range(block.num_input_ports()):
-        port = block.get_input_port(i)
-        port.FixValue(context, np.zeros(port.size()))
+    feet = Ticking(configuration_force_control(kinematics, q))
     reference, phase = np.zeros(TASK_REFERENCE.size), np.zeros(GAIT_PHASE.size)
     for foot, name in enumerate("lr"):
         reference[TASK_REFERENCE.slice(f"w_{name}")] = kinematics.w[FOOT_TASK * foot :][:FOOT_TASK]
-    block.GetInputPort("task_reference").FixValue(context, reference)
+    feet.fix("task_reference", reference)
 
     def step(ticks, support, pads):
         phase[GAIT_PHASE.slice("support")] = phase[GAIT_PHASE.slice("blend")] = support
-        block.GetInputPort("gait_phase").FixValue(context, phase)
-        block.GetInputPort("contact").FixValue(context, np.repeat(pads, 4))
-        for _ in range(ticks):
-            context.SetDiscreteState(block.EvalUniquePeriodicDiscreteUpdate(context))
-        return block.GetOutputPort("task_modification_l").Eval(context)[2]
+        feet.fix("gait_phase", phase)
+        feet.fix("contact", np.repeat(pads, 4))
+        feet.step(ticks)
+        return feet.output("task_modification_l")[2]
 
     step(1, [0.0, 1.0], [0.0, 1.0])
     assert step(200, [1.0, 1.0], [0.0, 1.0]) == pytest.approx(-0.22 * (0.17 - 0.025), abs=2e-3)
     reached = step(1, [1.0, 1.0], [1.0, 1.0])
     assert step(100, [1.0, 1.0], [0.0, 1.0]) == pytest.approx(reached, abs=2e-3)
-    assert block.GetOutputPort("task_modification_r").Eval(context)[2] == pytest.approx(0, abs=4e-3)
+    assert feet.output("task_modification_r")[2] == pytest.approx(0, abs=4e-3)
 
 
 def configuration_force_control(kinematics, q):
     sensor = FootSensor(*foot_sensor_geometry(kinematics))
+    params = HybridForceControlParams()
     return ConfigurationForceControl(
-        HybridForceControlParams(),
+        params,
         InverseKinematicsParams(),
         kinematics,
         sensor,
+        q,
         3e5,
         [ServoCompliance(1e-6 * np.eye(3), 0.014)] * 2,
-        q,
-        0.001,
     )
 
 
 def test_only_the_commands_depend_on_everything_but_the_switches(kinematics):
-    block = configuration_force_control(kinematics, posture(hip=0.4, knee=0.8))
+    block = BlockSystem(configuration_force_control(kinematics, posture(hip=0.4, knee=0.8)))
     inputs = [block.get_input_port(i) for i in range(block.num_input_ports())]
     outputs = [block.get_output_port(i) for i in range(block.num_output_ports())]
     passed_on = {

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from lola_drake.blocks.contact_switches import ContactSwitchesParams, pad_forces, switched
+from lola_drake.blocks.contact_switches import ContactSwitches, ContactSwitchesParams
 from lola_drake.parameters import ParameterError
 from lola_drake.scenario import Scenario
 from lola_drake.signals import PERIOD
@@ -60,6 +60,15 @@ class Results:
         return self._contacts[i]
 
 
+def switched(closed, force, close_force, open_force):
+    """Return the new state of a switch; all the others are pressed and stay closed."""
+    contact, forces = np.ones(8), np.tile([9.0, -9.0, 1e3], 8)
+    contact[5], forces[3 * 5 + 2] = closed, force
+    after = ContactSwitches.laws["next_contact"](contact, forces, close_force, open_force)
+    assert np.delete(after, 5).all()
+    return after[5]
+
+
 def test_open_switch_closes_above_the_upper_threshold():
     states = [switched(0.0, force, CLOSE, OPEN) for force in (0.0, 10.0, CLOSE, CLOSE + 0.1)]
     assert states == [0.0, 0.0, 0.0, 1.0]
@@ -93,10 +102,10 @@ def test_forces_on_a_pad_add_up_with_their_signs():
         _Contact(2, 100, [-4.0, 0.0, -5.0]),
         _Contact(8, 9, [7.0, 7.0, 7.0]),
     )
-    forces = pad_forces(results, {100: 6})
+    forces = ContactSwitches(ContactSwitchesParams(), {100: 6}).read_pad_forces(results)
     expected = np.zeros((8, 3))
     expected[6] = [5.0, 2.0, 35.0]
-    assert np.array_equal(forces, expected)
+    assert np.array_equal(np.reshape(forces, (8, 3)), expected)
 
 
 @pytest.fixture(scope="module")

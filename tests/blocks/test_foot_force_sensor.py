@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from pydrake.common.value import Value
 from pydrake.multibody.math import SpatialForce
+from ticking import Ticking
 
 from lola_drake.blocks.foot_force_sensor import FootForceSensor, FootForceSensorParams
 from lola_drake.signals import MEASURED_WRENCH, PERIOD
@@ -13,29 +14,25 @@ REST = np.zeros(6)
 FILTER_ALONE = {"force_noise": 0.0, "torque_noise": 0.0}
 
 
-class Sensors:
-    """The sensors of both feet, which are stepped tick by tick."""
+class Sensors(Ticking):
+    """The sensors of both feet."""
 
     def __init__(self, params, initial=None, seed=0):
         start = np.zeros(12) if initial is None else initial
-        self.block = FootForceSensor(params, JOINTS, start, PERIOD, seed)
-        self.context = self.block.CreateDefaultContext()
-        self.ticks = 0
+        super().__init__(FootForceSensor(params, JOINTS, start, seed))
 
     def step(self, left=REST, right=REST):
         """Let the plant report forces and torques, [F, T], on the soles."""
         forces = [SpatialForce(np.full(3, 7e3), np.full(3, 7e3)) for _ in range(6)]
         for joint, wrench in zip(JOINTS, (left, right), strict=True):
             forces[joint] = SpatialForce(tau=wrench[3:], f=wrench[:3])
-        port = self.block.GetInputPort("reaction_forces")
+        port = self.system.GetInputPort("reaction_forces")
         port.FixValue(self.context, Value[list[SpatialForce]](forces))
-        self.context.SetDiscreteState(self.block.EvalUniquePeriodicDiscreteUpdate(self.context))
-        self.ticks += 1
-        self.context.SetTime(self.ticks * PERIOD)
+        super().step()
         return self.reading()
 
     def reading(self):
-        return self.block.GetOutputPort("measured_wrench").Eval(self.context).copy()
+        return self.output("measured_wrench")
 
     def quiet(self, count):
         return np.array([self.step() for _ in range(count)])

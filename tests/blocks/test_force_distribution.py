@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from ticking import Ticking
 
 from lola_drake.blocks.force_distribution import (
     ForceDistribution,
@@ -144,13 +145,11 @@ def test_feet_behind_each_other_shift_the_load_for_a_torque_about_y(side):
     assert total_about_com(situation, feet) == pytest.approx([0.0, side * 80.0, 588.0])
 
 
-class Feet:
-    """The block, standing on both feet, which is stepped tick by tick."""
+class Feet(Ticking):
+    """The block, standing on both feet."""
 
     def __init__(self, **params):
-        self.params = ForceDistributionParams(**params)
-        self.block = ForceDistribution(self.params, PERIOD)
-        self.context = self.block.CreateDefaultContext()
+        super().__init__(ForceDistribution(ForceDistributionParams(**params)))
         self.put(balanced((0.5, 0.5)))
 
     def put(self, situation, height_feedback=0.0):
@@ -168,17 +167,10 @@ class Feet:
             ("gait_phase", phase),
             ("task_reference", reference),
         ):
-            self.block.GetInputPort(name).FixValue(self.context, np.array(value))
+            self.fix(name, value)
 
     def desired(self, name):
-        output = self.block.GetOutputPort("desired_wrench").Eval(self.context)
-        return output[DESIRED_WRENCH.slice(name)].copy()
-
-    def step(self, ticks=1):
-        for _ in range(ticks):
-            updates = self.block.EvalUniquePeriodicDiscreteUpdate(self.context)
-            self.context.SetDiscreteState(updates)
-            self.context.SetTime(self.context.get_time() + PERIOD)
+        return self.output("desired_wrench")[DESIRED_WRENCH.slice(name)]
 
 
 def test_block_distributes_as_the_law_says():

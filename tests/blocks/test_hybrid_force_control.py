@@ -5,6 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from pydrake.math import RollPitchYaw
+from ticking import Ticking
 
 from lola_drake.blocks.hybrid_force_control import (
     FORCE_CONTROLLED,
@@ -28,26 +29,23 @@ from lola_drake.theory.contact_model import ServoCompliance, command_gradient, c
 U = contact_matrix(PADS, 1.2e5 / sum(pad.area for pad in PADS))
 STIFF = ServoCompliance(np.zeros((3, 3)), relaxation=0.014)
 SENSOR = FootSensor(p_TcpSensor=(-0.03, 0.01, 0.08), weight=20.0, p_TcpFoot=(0.02, 0.005, 0.04))
+WEIGHTLESS = FootSensor((0.0, 0.0, 0.0), 0.0, (0.0, 0.0, 0.0))
 MEASURED = np.array([30.0, -20.0, 400.0, 8.0, -12.0, 3.0])
 LIMIT, RATE_LIMIT = 0.08, 0.5
 
 
-class Foot:
-    """The block of the left foot, which is stepped tick by tick; by default all is at rest."""
+class Foot(Ticking):
+    """The block of the left foot; by default all is at rest."""
 
     def __init__(self, **params):
         self.params = HybridForceControlParams(**params)
-        self.block = HybridForceControl(self.params, "l", U, STIFF, SENSOR, PERIOD)
-        self.context = self.block.CreateDefaultContext()
-        for i in range(self.block.num_input_ports()):
-            port = self.block.get_input_port(i)
-            port.FixValue(self.context, np.zeros(port.size()))
-
-    def fix(self, name, value, where=slice(None)):
-        port = self.block.GetInputPort(name)
-        full = port.Eval(self.context).copy()
-        full[where] = value
-        port.FixValue(self.context, full)
+        constants = {
+            "inverse_contact_matrix": np.linalg.inv(U),
+            "compliance": STIFF.matrix,
+            "relaxation": STIFF.relaxation,
+            "sensor": SENSOR,
+        }
+        super().__init__(HybridForceControl(self.params, "l", **constants))
 
     def blend(self, value):
         self.fix("gait_phase", value, GAIT_PHASE.slice("blend").start)
@@ -70,14 +68,6 @@ class Foot:
         torque = [-y * on_foot - weight * p_y, x * on_foot + weight * p_x, 0.0]
         self.fix("measured_wrench", [0.0, 0.0, on_foot, *torque], slice(0, 6))
 
-    def output(self, name):
-        return self.block.GetOutputPort(name).Eval(self.context).copy()
-
-    def step(self, ticks=1):
-        for _ in range(ticks):
-            updates = self.block.EvalUniquePeriodicDiscreteUpdate(self.context)
-            self.context.SetDiscreteState(updates)
-
     def modification(self):
         return self.output("task_modification")
 
@@ -87,7 +77,7 @@ def test_error_of_an_ideal_contact_decays_with_the_time_constant():
     wrench, desired = np.array([10.0, -5.0, 300.0]), np.array([0.0, 4.0, 400.0])
     start = desired - wrench
     for _ in range(round(delta / PERIOD)):
-        held = held_time_constant(delta, PERIOD)
+        held = held_time_constant(delta)
         rate = force_control_rate(np.linalg.inv(U), desired - wrench, np.zeros(3), held)
         wrench = wrench + PERIOD * U @ np.array(rate)
     ratio = (desired - wrench) / start
@@ -152,7 +142,7 @@ def test_command_is_the_plan_with_its_modification():
     foot.fix("task_reference", np.arange(6) / 100, w)
     foot.fix("task_reference", np.arange(6) / 10, w_dot)
     delta = np.array([0.01, -0.02, 0.03])
-    foot.context.SetDiscreteState(0, delta)
+    foot.set_state("task_modification", delta)
     plan_w, plan_rate = np.arange(6) / 100, np.arange(6) / 10
     plan_w[FORCE_CONTROLLED] += delta
     plan_rate[FORCE_CONTROLLED] -= foot.params.position_gain * delta
@@ -174,7 +164,7 @@ def full_transform(measured, rotation):
 def test_wrench_at_tcp_is_the_full_transform_of_a_level_foot(yaw):
     rotation = RollPitchYaw(0.0, 0.0, yaw).ToRotationMatrix().matrix()
     expected = full_transform(MEASURED, rotation)[[3, 4, 2]]
-    assert wrench_at_tcp(MEASURED, (0.0, 0.0, yaw), SENSOR) == pytest.approx(expected)
+    assert wrench_at_tcp(MEASURED, 0.0, 0.0, yaw, SENSOR) == pytest.approx(expected)
 
 
 @pytest.mark.parametrize("yaw", [0.0, 0.4, -2.5])
@@ -182,7 +172,7 @@ def test_wrench_at_tcp_errs_by_the_lean_squared(yaw):
     errors = []  # The third column of the rotation is left at first order.
     for lean in (0.02, 0.01):
         rotation = RollPitchYaw(lean, -0.7 * lean, yaw).ToRotationMatrix().matrix()
-        wrench = wrench_at_tcp(MEASURED, foot_angles(rotation), FootSensor((0, 0, 0), 0, (0, 0, 0)))
+        wrench = wrench_at_tcp(MEASURED, *foot_angles(rotation), WEIGHTLESS)
         turned = np.kron(np.eye(2), rotation) @ MEASURED
         errors.append(np.abs(wrench - turned[[3, 4, 2]]).max())
     assert errors[0] < MEASURED[2] * 0.02**2
@@ -192,7 +182,7 @@ def test_wrench_at_tcp_errs_by_the_lean_squared(yaw):
 @pytest.mark.parametrize("yaw", [0.0, 0.4, -2.5])
 def test_wrench_at_tcp_is_near_the_full_transform_of_a_leaning_foot(yaw):
     rotation = RollPitchYaw(0.01, -0.02, yaw).ToRotationMatrix().matrix()
-    wrench = wrench_at_tcp(MEASURED, foot_angles(rotation), SENSOR)
+    wrench = wrench_at_tcp(MEASURED, *foot_angles(rotation), SENSOR)
     expected = full_transform(MEASURED, rotation)[[3, 4, 2]]
     assert wrench == pytest.approx(expected, abs=0.15)
 
@@ -202,14 +192,14 @@ def test_a_hanging_foot_weighs_nothing(yaw):
     weight = np.array([0.0, 0.0, -SENSOR.weight])
     lever = np.subtract(SENSOR.p_TcpFoot, SENSOR.p_TcpSensor)
     hanging = np.r_[weight, np.cross(lever, weight)]
-    assert wrench_at_tcp(hanging, (0.0, 0.0, yaw), SENSOR) == pytest.approx(np.zeros(3), abs=1e-12)
+    assert wrench_at_tcp(hanging, 0.0, 0.0, yaw, SENSOR) == pytest.approx(np.zeros(3), abs=1e-12)
 
 
 @given(st.lists(st.floats(-5, 5), min_size=1, max_size=60))
 def test_modification_never_passes_its_limit(rates):
     delta = 0.0
     for rate in np.repeat(rates, 10).tolist():
-        limited = limited_rate(rate, delta, LIMIT, RATE_LIMIT, PERIOD)
+        limited = limited_rate(rate, delta, LIMIT, RATE_LIMIT)
         assert abs(limited) <= RATE_LIMIT
         delta += PERIOD * limited
         assert abs(delta) <= LIMIT * (1 + 1e-12)
@@ -219,8 +209,8 @@ def test_modification_never_passes_its_limit(rates):
 def test_modification_leaves_its_limit_without_delay(rate, ticks_at_limit, side):
     delta = side * LIMIT
     for _ in range(ticks_at_limit):
-        delta += PERIOD * limited_rate(side * 5.0, delta, LIMIT, RATE_LIMIT, PERIOD)
-    back = limited_rate(-side * rate, delta, LIMIT, RATE_LIMIT, PERIOD)
+        delta += PERIOD * limited_rate(side * 5.0, delta, LIMIT, RATE_LIMIT)
+    back = limited_rate(-side * rate, delta, LIMIT, RATE_LIMIT)
     assert back == -side * min(rate, RATE_LIMIT)
 
 
@@ -297,7 +287,7 @@ def test_no_command_presses_a_loaded_foot_down_where_it_lifts_off(straight_walk)
         foot.fix("gait_phase", phase[k])
         foot.desire([0.0, 0.0, wanted])
         foot.press(wanted + 300.0)
-        foot.context.SetDiscreteState(0, np.array([0.0, 0.0, 0.03]))
+        foot.set_state("task_modification", [0.0, 0.0, 0.03])
         rates.append(foot.output("task_command")[6 + 2])
     assert min(rates) > 0.0
 
@@ -305,9 +295,10 @@ def test_no_command_presses_a_loaded_foot_down_where_it_lifts_off(straight_walk)
 def test_a_foot_is_overdue_from_its_planned_touchdown_to_its_first_touch():
     overdue, known = TOUCHED, []
     for planned, closed in [(1, 4), (1, 0), (0, 4), (0, 0), (1, 0), (1, 0), (1, 1), (1, 0), (0, 0)]:
-        overdue = overdue_time(overdue, planned, closed, 0.25)
+        overdue = overdue_time(overdue, planned, closed)
         known.append(overdue)
-    assert known == [TOUCHED, TOUCHED, 0.0, 0.0, 0.25, 0.5, TOUCHED, TOUCHED, 0.0]
+    late = [PERIOD, 2 * PERIOD]
+    assert known == [TOUCHED, TOUCHED, 0.0, 0.0, *late, TOUCHED, TOUCHED, 0.0]
 
 
 @pytest.mark.parametrize(

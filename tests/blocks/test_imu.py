@@ -5,9 +5,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from pydrake.math import RollPitchYaw
+from ticking import Ticking
 
 from lola_drake.blocks.imu import Imu, ImuParams, inclination
-from lola_drake.signals import PERIOD
 
 STATE_SIZE = 61
 LEAN = st.floats(-1.2, 1.2)
@@ -15,26 +15,22 @@ HEADING = st.floats(-np.pi, np.pi)
 RATE = st.floats(-3, 3)
 
 
-class Torso:
-    """The unit in a torso, which is stepped tick by tick."""
+class Torso(Ticking):
+    """The unit in a torso."""
 
     def __init__(self, params, seed=0):
-        self.block = Imu(params, STATE_SIZE, PERIOD, seed)
-        self.context = self.block.CreateDefaultContext()
-        self.ticks = 0
+        super().__init__(Imu(params, seed))
 
     def step(self, roll=0.0, pitch=0.0, heading=0.0, rates=(0.0, 0.0, 0.0)):
         state = np.zeros(STATE_SIZE)
         state[:4] = quaternion(roll, pitch, heading)
         state[31:34] = rates
-        self.block.GetInputPort("plant_state").FixValue(self.context, state)
-        self.context.SetDiscreteState(self.block.EvalUniquePeriodicDiscreteUpdate(self.context))
-        self.ticks += 1
-        self.context.SetTime(self.ticks * PERIOD)
+        self.fix("plant_state", state)
+        super().step()
         return self.reading()
 
     def reading(self):
-        return self.block.GetOutputPort("torso_orientation").Eval(self.context).copy()
+        return self.output("torso_orientation")
 
     def upright(self, count):
         return np.array([self.step() for _ in range(count)])
@@ -70,8 +66,8 @@ def test_rate_is_the_derivative_of_the_inclination_near_upright(axis):
     lean[axis] = step
     angular_velocity = np.zeros(3)
     angular_velocity[axis] = 1.0
-    before = inclination(quaternion(0.0, 0.0, 0.0), angular_velocity)
-    after = inclination(quaternion(*lean, 0.0), angular_velocity)
+    before = np.array(inclination(quaternion(0.0, 0.0, 0.0), angular_velocity))
+    after = np.array(inclination(quaternion(*lean, 0.0), angular_velocity))
     assert (after[:2] - before[:2]) / step == pytest.approx(before[2:], abs=1e-5)
 
 

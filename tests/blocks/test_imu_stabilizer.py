@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from ticking import Ticking
 
-from lola_drake.blocks.imu_stabilizer import ImuStabilizer, ImuStabilizerParams, stabilize
+from lola_drake.blocks.imu_stabilizer import ImuStabilizer, ImuStabilizerParams
 from lola_drake.signals import GAIT_PHASE
 
 IDEAL = np.array([10.0, -20.0, 588.0, 4.0, -6.0, 2.0])
@@ -15,13 +16,16 @@ GAINS = {"stiffness": 1000.0, "damping": 200.0, "torque_limit": 100.0, "height_s
 
 
 def added(orientation, sinking=0.0, **gains):
-    return stabilize(IDEAL, orientation, sinking, **(GAINS | gains)) - IDEAL
+    lowered, law = (0.0, 0.0, sinking), ImuStabilizer.laws["modified_wrench"]
+    wrench = law(
+        IDEAL, orientation[:2], orientation[2:], (0.5, 0.5), lowered, lowered, **(GAINS | gains)
+    )
+    return np.array(wrench) - IDEAL
 
 
 def output(orientation, left=0.0, right=0.0, load=(0.5, 0.5)):
     """Return the block's modified wrench for height modifications of the feet."""
-    block = ImuStabilizer(ImuStabilizerParams())
-    context = block.CreateDefaultContext()
+    block = Ticking(ImuStabilizer(ImuStabilizerParams()))
     phase = np.zeros(GAIT_PHASE.size)
     phase[GAIT_PHASE.slice("load")] = load
     for name, value in (
@@ -31,8 +35,8 @@ def output(orientation, left=0.0, right=0.0, load=(0.5, 0.5)):
         ("task_modification_l", [0.1, 0.1, left]),
         ("task_modification_r", [0.1, 0.1, right]),
     ):
-        block.GetInputPort(name).FixValue(context, np.array(value))
-    return block.GetOutputPort("modified_wrench").Eval(context).copy()
+        block.fix(name, value)
+    return block.output("modified_wrench")
 
 
 def test_upright_torso_at_its_height_changes_nothing():

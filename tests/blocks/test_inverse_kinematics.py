@@ -6,12 +6,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 from pydrake.multibody.math import SpatialForce
 from pydrake.multibody.tree import MultibodyForces
+from ticking import Ticking
 
 from lola_drake.blocks.inverse_kinematics import (
     InverseKinematics,
     InverseKinematicsParams,
-    null_space_motion,
-    resolve_rates,
+    resolved_rates,
+    wished_rates,
 )
 from lola_drake.robot import JOINT_INDEX, Kinematics, posture
 from lola_drake.signals import DESIRED_WRENCH, JOINT_COMMAND, PERIOD, TASK_REFERENCE
@@ -20,6 +21,8 @@ from lola_drake.theory.constants import GRAVITY
 Q, Q_DOT = JOINT_COMMAND.slice("q"), JOINT_COMMAND.slice("q_dot")
 TORQUE = JOINT_COMMAND.slice("torque")
 SEEDS = st.integers(0, 2**32 - 1)
+RESTING = np.zeros(2), np.zeros(2), 0.0
+"""Toes, their rates, and no correction of the joints that are prescribed."""
 
 
 @pytest.fixture(scope="module")
@@ -32,14 +35,13 @@ def bent():
     return posture(hip=0.4, knee=0.8)
 
 
-class Joints:
-    """The block, which is stepped tick by tick; at the start it is where it shall be."""
+class Joints(Ticking):
+    """The block; at the start it is where it shall be."""
 
     def __init__(self, kinematics, q, **params):
         self.params = InverseKinematicsParams(**params)
         self.kinematics = kinematics
-        self.block = InverseKinematics(self.params, kinematics, q, PERIOD)
-        self.context = self.block.CreateDefaultContext()
+        super().__init__(InverseKinematics(self.params, kinematics, q))
         kinematics.update(q)
         self.w = kinematics.w.copy()
         self.reference, self.desired = np.zeros(TASK_REFERENCE.size), np.zeros(DESIRED_WRENCH.size)
@@ -47,22 +49,19 @@ class Joints:
 
     def ask(self, w, w_dot):
         for foot, own in (("l", slice(0, 6)), ("r", slice(6, 12))):
-            port = self.block.GetInputPort(f"task_command_{foot}")
-            port.FixValue(self.context, np.r_[w[own], w_dot[own]])
-        self.block.GetInputPort("task_reference").FixValue(self.context, self.reference)
-        self.block.GetInputPort("desired_wrench").FixValue(self.context, self.desired)
+            self.fix(f"task_command_{foot}", np.r_[w[own], w_dot[own]])
+        self.fix("task_reference", self.reference)
+        self.fix("desired_wrench", self.desired)
 
     def command(self):
-        return self.block.GetOutputPort("joint_command").Eval(self.context).copy()
+        return self.output("joint_command")
 
     def step(self, ticks=1):
-        for _ in range(ticks):
-            updates = self.block.EvalUniquePeriodicDiscreteUpdate(self.context)
-            self.context.SetDiscreteState(updates)
+        super().step(ticks)
         return self.q()
 
     def q(self):
-        return self.context.get_discrete_state_vector().value().copy()
+        return self.state("joint_angles")
 
     def task(self):
         self.kinematics.update(self.q())
@@ -111,7 +110,7 @@ def test_wish_does_not_disturb_the_task(seed):
     random = np.random.default_rng(seed)
     jacobian, rates = random.normal(size=(12, 24)), random.normal(size=12)
     for wish in (np.zeros(24), 10 * random.normal(size=24)):
-        q_dot = resolve_rates(jacobian, rates, np.ones(24), wish, 1e-12 * np.eye(12))
+        q_dot = resolved_rates(jacobian, rates, np.ones(24), wish, 1e-12)
         assert jacobian @ q_dot == pytest.approx(rates, abs=1e-6)
 
 
@@ -121,7 +120,7 @@ def test_wish_in_the_null_space_is_granted(seed):
     jacobian = random.normal(size=(12, 24))
     wish = random.normal(size=24)
     wish -= np.linalg.pinv(jacobian) @ jacobian @ wish
-    q_dot = resolve_rates(jacobian, np.zeros(12), np.ones(24), wish, 1e-12 * np.eye(12))
+    q_dot = resolved_rates(jacobian, np.zeros(12), np.ones(24), wish, 1e-12)
     assert q_dot == pytest.approx(wish, abs=1e-6)
 
 
@@ -131,7 +130,7 @@ def test_joint_without_mobility_keeps_its_wish(seed):
     jacobian, rates, wish = (random.normal(size=shape) for shape in ((12, 24), 12, 24))
     mobility = np.ones(24)
     mobility[[3, 7]] = 0.0
-    q_dot = resolve_rates(jacobian, rates, mobility, wish, 1e-12 * np.eye(12))
+    q_dot = resolved_rates(jacobian, rates, mobility, wish, 1e-12)
     assert np.array_equal(q_dot[[3, 7]], wish[[3, 7]])
     assert jacobian @ q_dot == pytest.approx(rates, abs=1e-5)
 
@@ -144,7 +143,7 @@ def test_damping_bounds_the_rates_however_small_the_singular_value(seed, exponen
     sizes[-1] = 10**exponent
     damping = 1e-4
     rates = random.normal(size=12)
-    q_dot = resolve_rates((u * sizes) @ vt, rates, np.ones(24), np.zeros(24), damping * np.eye(12))
+    q_dot = resolved_rates((u * sizes) @ vt, rates, np.ones(24), np.zeros(24), damping)
     assert np.linalg.norm(q_dot) <= np.linalg.norm(rates) / (2 * np.sqrt(damping)) + 1e-9
 
 
@@ -164,20 +163,24 @@ def _wish(joints):
     lower, upper = joints.kinematics.position_limits
     margin, q = joints.params.limit_margin, joints.q()
     gains = joints.params.comfort_gain, joints.params.limit_gain
-    wish = null_space_motion(q, q, lower + margin, upper - margin, *gains)
-    wish[[JOINT_INDEX[name] for name in ("tzfl", "tzfr", "tvp", "tvt")]] = 0.0
-    return wish
+    return wished_rates(q, q, lower + margin, upper - margin, *gains, *RESTING)
 
 
 def test_null_space_returns_to_the_comfort_pose():
-    q, comfort, far = np.array([0.3, -0.2]), np.zeros(2), np.full(2, 9.0)
-    assert null_space_motion(q, comfort, -far, far, 2.0, 5.0) == pytest.approx([-0.6, 0.4])
+    q, comfort, far = np.zeros(24), np.zeros(24), np.full(24, 9.0)
+    q[[3, 7]] = 0.3, -0.2
+    expected = np.zeros(24)
+    expected[[3, 7]] = -0.6, 0.4
+    assert wished_rates(q, comfort, -far, far, 2.0, 5.0, *RESTING) == pytest.approx(expected)
 
 
 def test_null_space_retreats_from_the_limits_alone():
-    q = np.array([1.2, -1.3, 0.9])
-    lower, upper = np.full(3, -1.0), np.full(3, 1.0)
-    assert null_space_motion(q, q, lower, upper, 2.0, 5.0) == pytest.approx([-1.0, 1.5, 0.0])
+    q = np.zeros(24)
+    q[[3, 7, 9]] = 1.2, -1.3, 0.9
+    lower, upper = np.full(24, -1.0), np.full(24, 1.0)
+    expected = np.zeros(24)
+    expected[[3, 7]] = -1.0, 1.5
+    assert wished_rates(q, q, lower, upper, 2.0, 5.0, *RESTING) == pytest.approx(expected)
 
 
 @pytest.mark.parametrize(("name", "side"), [("tefr", 0), ("tefr", 1), ("taal", 0), ("taal", 1)])

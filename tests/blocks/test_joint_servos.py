@@ -5,11 +5,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from pydrake.multibody.plant import MultibodyPlant
+from ticking import Ticking
 
 from lola_drake.blocks.joint_servos import (
     JointServos,
     JointServosParams,
-    limit_command,
+    limited_command,
     servo_gains,
     set_servo_gains,
 )
@@ -22,23 +23,20 @@ SPEED, TORQUE = np.linspace(3.0, 8.0, N), np.linspace(50.0, 300.0, N)
 LIMITS = np.r_[PERIOD * SPEED, SPEED, TORQUE]
 
 
-class Bus:
-    """The block, which is stepped tick by tick."""
+class Bus(Ticking):
+    """The block."""
 
     def __init__(self, delay_ticks=1):
         params = JointServosParams(delay_ticks=delay_ticks)
-        self.block = JointServos(params, SPEED, TORQUE, INITIAL, PERIOD)
-        self.context = self.block.CreateDefaultContext()
+        super().__init__(JointServos(params, SPEED, TORQUE, INITIAL))
 
     def step(self, q, q_dot, torque):
-        command = self.block.GetInputPort("joint_command")
-        command.FixValue(self.context, np.concatenate([q, q_dot, torque]))
-        self.context.SetDiscreteState(self.block.EvalUniquePeriodicDiscreteUpdate(self.context))
+        self.fix("joint_command", np.concatenate([q, q_dot, torque]))
+        super().step()
 
     def arrived(self):
-        state = self.block.GetOutputPort("joint_desired_state").Eval(self.context)
-        torque = self.block.GetOutputPort("joint_feedforward").Eval(self.context)
-        return state[:N].copy(), state[N:].copy(), torque.copy()
+        state, torque = self.output("joint_desired_state"), self.output("joint_feedforward")
+        return state[:N], state[N:], torque
 
 
 def test_joints_are_held_at_the_start():
@@ -88,7 +86,7 @@ def test_speed_and_torque_end_at_their_limits(side):
 def test_limited_command_is_within_every_limit(seed, size):
     random = np.random.default_rng(seed)
     command, sent = size * random.normal(size=3 * N), random.normal(size=N)
-    limited = limit_command(command, sent, LIMITS)
+    limited = limited_command(command, sent, SPEED, TORQUE)
     assert (np.abs(limited[:N] - sent) <= PERIOD * SPEED + 1e-12).all()
     assert (np.abs(limited[N:]) <= LIMITS[N:]).all()
 
@@ -98,7 +96,7 @@ def test_command_within_the_limits_is_left_alone(seed):
     random = np.random.default_rng(seed)
     sent, part = random.normal(size=N), random.uniform(-0.99, 0.99, 3 * N)
     command = np.r_[sent, np.zeros(2 * N)] + part * LIMITS
-    assert np.array_equal(limit_command(command, sent, LIMITS), command)
+    assert np.array_equal(limited_command(command, sent, SPEED, TORQUE), command)
 
 
 def test_every_actuator_has_the_gains_of_its_rotor():

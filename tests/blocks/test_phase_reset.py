@@ -4,19 +4,18 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from ticking import Ticking
 
 from lola_drake.blocks.walking_pattern import (
     RESET_SUPPORTS,
     WalkingPattern,
     WalkingPatternParams,
-    pack_request,
     standing_request,
-    unpack_request,
 )
 from lola_drake.robot import Kinematics, leg_model
 from lola_drake.signals import GAIT_PHASE, PLANNED_MOTION, TASK_REFERENCE
+from lola_drake.theory.step_request import pack_request, unpack_request
 
-PERIOD = 0.001
 CLOSED = np.ones(4)
 
 
@@ -25,35 +24,28 @@ def legs():
     return leg_model(Kinematics())
 
 
-class Walker:
-    """A pattern generator that is stepped tick by tick; the ground is where it is planned."""
+class Walker(Ticking):
+    """A pattern generator; the ground is where it is planned."""
 
     def __init__(self, legs, **params):
         steps = np.tile([0.3, 0.0, 0.0], (6, 1))
-        self.block = WalkingPattern(
-            WalkingPatternParams(**params), legs, PERIOD, steps=steps, start_time=0.0
+        super().__init__(
+            WalkingPattern(WalkingPatternParams(**params), legs, steps=steps, start_time=0.0)
         )
-        self.context = self.block.CreateDefaultContext()
-        self.block.GetInputPort("walk_command").FixValue(self.context, np.zeros(3))
         self.early = False
         self.contact(CLOSED, CLOSED)
 
     def contact(self, left, right):
-        self.block.GetInputPort("contact").FixValue(self.context, np.r_[left, right])
-
-    def output(self, name):
-        return self.block.GetOutputPort(name).Eval(self.context)
+        self.fix("contact", np.r_[left, right])
 
     def request(self):
-        return unpack_request(self.block.packed_request(self.context))
+        return unpack_request(self.state("request"))
 
     def step(self):
         support = self.output("gait_phase")[GAIT_PHASE.slice("support")]
         closed = np.repeat(np.maximum(support, self.early), 4)
         self.contact(closed[:4], closed[4:])
-        updates = self.block.EvalUniquePeriodicDiscreteUpdate(self.context)
-        self.context.SetDiscreteState(updates)
-        self.context.SetTime(self.context.get_time() + PERIOD)
+        super().step()
 
     def walk_until(self, step_index, time_in_step):
         for _ in range(10000):

@@ -3,15 +3,10 @@
 import numpy as np
 import pytest
 
-from lola_drake.blocks.walking_pattern import (
-    HORIZON,
-    WalkingPatternParams,
-    pack_request,
-    standing_request,
-    unpack_request,
-)
+from lola_drake.blocks.walking_pattern import WalkingPatternParams, standing_request
 from lola_drake.signals import GAIT_PHASE, IDEAL_WRENCH, PLANNED_MOTION, TASK_REFERENCE
 from lola_drake.theory.constants import GRAVITY
+from lola_drake.theory.step_request import HORIZON, pack_request, unpack_request
 
 DT = 0.001
 MASS = 60.0

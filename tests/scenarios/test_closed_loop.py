@@ -5,7 +5,7 @@ import pytest
 from mirror import MIRRORED_JOINTS, mirror_signs
 from pydrake.systems.analysis import Simulator
 
-from lola_drake.controller import WalkingController
+from lola_drake.controller import WalkingController, controller_blocks, initial_stance
 from lola_drake.robot import Kinematics
 from lola_drake.scenario import load_scenario
 from lola_drake.signals import JOINTS, PERIOD
@@ -55,7 +55,10 @@ class Running:
     """A controller of its own, fed with sensor signals tick by tick."""
 
     def __init__(self, scenario, steps, swing):
-        self.controller = WalkingController(scenario, steps)
+        kinematics = Kinematics()
+        stance = initial_stance(scenario, kinematics)
+        blocks = controller_blocks(scenario, kinematics, stance, steps)
+        self.controller = WalkingController(blocks)
         self.context = self.controller.CreateDefaultContext()
         pattern = self.controller.GetSubsystemByName("walking_pattern")
         state = pattern.GetMyMutableContextFromRoot(self.context).get_mutable_discrete_state()

@@ -2,11 +2,12 @@
 
 import numpy as np
 import pytest
-from lola_drake.analysis.linear.cut_blocks import fix_port
-from lola_drake.analysis.linear.operating_points import situation
-from lola_drake.analysis.linear.ticks import Ticks
-from lola_drake.analysis.linear.wiring import Wiring
 
+from lola_drake.block_system import set_gain
+from lola_drake.linear.isolated import fix_port
+from lola_drake.linear.studies.operating_points import situation
+from lola_drake.linear.tick_loop import TickLoop
+from lola_drake.linear.wiring import Wiring
 from lola_drake.scenario import load_scenario
 from lola_drake.signals import DESIRED_WRENCH, FEET
 
@@ -34,8 +35,7 @@ def step_response(at, entry, delta, feedforward=0.0, ticks=80):
     controller = point.diagram.GetSubsystemByName("controller")
     for foot in FEET:
         block = controller.GetSubsystemByName(f"com_dynamics_{foot}")
-        inside = block.GetMyMutableContextFromRoot(point.context)
-        inside.get_mutable_numeric_parameter(0)[0] = 0.0
+        set_gain(block, point.context, "gain", 0.0)
     distribution = controller.GetSubsystemByName("force_distribution")
     desired = distribution.GetOutputPort("desired_wrench").Eval(
         distribution.GetMyContextFromRoot(point.context)
@@ -50,7 +50,7 @@ def step_response(at, entry, delta, feedforward=0.0, ticks=80):
         block = wiring.blocks[target.block]
         inside = block.GetMyMutableContextFromRoot(point.context)
         fix_port(block.get_input_port(target.index), inside, stepped)
-    answer = Ticks(point.diagram, point.context).run(["contact_wrench_l"], ticks)[:, entry]
+    answer = TickLoop(point.diagram, point.context).run(["contact_wrench_l"], ticks)[:, entry]
     return (answer - start) / SIZES[entry]
 
 

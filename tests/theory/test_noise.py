@@ -2,7 +2,8 @@
 
 import numpy as np
 import pytest
-from lola_drake.blocks.noise import CHUNK, Noise
+
+from lola_drake.theory.noise import CHUNK, Noise
 
 LONG = 20 * CHUNK
 
