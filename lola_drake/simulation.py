@@ -65,6 +65,7 @@ def start(
     blocks: Mapping[str, Replacement] | None = None,
     engine: str = "fused",
     *,
+    limited: bool = False,
     compile_laws: bool | None = None,
 ) -> Run:
     """Return a run that has not advanced yet; the arguments are those of `simulate`.
@@ -72,6 +73,11 @@ def start(
     The engine is the diagram if one of the blocks is a system of Drake's own, or if what the servos
     get is no state. The fused one begins with the cheaper servos, which know no limits; see
     `lola_drake.servos`.
+
+    Args:
+        scenario, blocks, engine: as in `simulate`.
+        limited: whether the fused engine begins with the servos of the diagram, too.
+        compile_laws: whether the fused engine compiles its laws; None for where it can.
     """
     if engine not in ENGINES:
         raise ValueError(f"engine: {engine!r} is not allowed, it must be one of {ENGINES}")
@@ -83,6 +89,8 @@ def start(
         world = make_world(scenario, blocks, servos)
         return build_fused(world, scenario, compile_laws=compile_laws)
 
+    if limited:
+        return Run(scenario, fused(ImplicitServos))
     return Run(scenario, fused(DampingServos), lambda: fused(ImplicitServos))
 
 

@@ -32,9 +32,11 @@ DOUBLE = Signal("double_level", "Twice that.", (Field("sum", ("",), "-"),))
 class TankParams:
     """The parameters of a tank."""
 
-    inflow: float = parameter(2.0, "what comes in", "1/s", symbol="k", slider=(0, 5, 0.1))
-    leak: float = parameter(0.5, "what goes out", "1/s")
-    capacity: float = parameter(9.0, "its end", "-", slider=(1, 20, 1))
+    inflow: float = parameter(
+        2.0, "what comes in", "1/s", minimum=0, maximum=5, symbol="k", slider=(0, 5, 0.1)
+    )
+    leak: float = parameter(0.5, "what goes out", "1/s", minimum=0, maximum=5)
+    capacity: float = parameter(9.0, "its end", "-", minimum=1, maximum=20, slider=(1, 20, 1))
 
     @property
     def half(self) -> float:

@@ -241,7 +241,7 @@ def test_a_block_that_steps_in_python_runs_last():
 
 
 def run_of(scenario, engine="fused", until=None, **kwargs):
-    run = start(scenario, engine=engine, **kwargs)
+    run = start(scenario, engine=engine, limited=True, **kwargs)
     run.advance(scenario.duration if until is None else until)
     return run
 
@@ -352,7 +352,7 @@ def test_a_gain_that_is_turned_acts_in_the_next_tick(engine, variant, block, nam
 def test_turned_gains_are_the_same_in_both_engines():
     """Every gain once, one after the other, in the middle of a run."""
     scenario = load_scenario("walk_flat", AT_ONCE | {"duration": 0.1})
-    runs = [start(scenario, engine=engine) for engine in ENGINES]
+    runs = [start(scenario, engine=engine, limited=True) for engine in ENGINES]
     assert [list(run.gains()) for run in runs][0] == list(runs[1].gains())
     for tick, gain in enumerate(runs[0].gains()):
         for run in runs:

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from pydrake.multibody.plant import AddMultibodyPlant, ContactModel, MultibodyPlantConfig
+from pydrake.multibody.tree import JointIndex
 from pydrake.systems.framework import DiagramBuilder
 from scipy.spatial.transform import Rotation
 
@@ -14,6 +15,7 @@ from lola_drake.plant import (
     add_plant,
     has_fallen,
     pad_geometries,
+    pad_joints,
     plant_truth,
     set_start,
 )
@@ -119,30 +121,31 @@ def test_contact_is_hydroelastic_in_discrete_time(plant):
 
 
 def test_every_pad_has_a_switch_of_its_own(built):
-    pads = pad_geometries(*built)
+    pads = pad_geometries(built[0])
     assert len(pads) == 8
     assert sorted(pads.values()) == list(range(8))
 
 
 def test_all_collisions_of_the_feet_are_pads(built):
     plant, _ = built
-    pads = pad_geometries(*built)
-    bodies = [plant.GetBodyByName(name) for name in ("foot_l", "zfl", "foot_r", "zfr")]
-    found = {g.get_value() for body in bodies for g in plant.GetCollisionGeometriesForBody(body)}
+    pads = pad_geometries(built[0])
+    bodies = plant.GetBodyIndices(plant.GetModelInstanceByName("lola"))
+    found = {
+        geometry.get_value()
+        for body in bodies
+        for geometry in plant.GetCollisionGeometriesForBody(plant.get_body(body))
+    }
     assert found == set(pads)
 
 
 def test_switches_are_ordered_as_the_pads(built):
-    plant, scene_graph = built
-    inspector = scene_graph.model_inspector()
-    switches = pad_geometries(plant, scene_graph)
-    for name, foot in (("foot_l", 0), ("zfl", 0), ("foot_r", 1), ("zfr", 1)):
-        for geometry in plant.GetCollisionGeometriesForBody(plant.GetBodyByName(name)):
-            _, y, _ = inspector.GetPoseInFrame(geometry).translation()
-            switch = switches[geometry.get_value()]
-            assert switch // 4 == foot
-            assert (switch % 4 >= 2) == name.startswith("zf")
-            assert (switch % 2 == 0) == (y > 0)
+    plant, _ = built
+    for switch, joint in enumerate(pad_joints(plant)):
+        weld = plant.get_joint(JointIndex(joint))
+        _, y, _ = weld.frame_on_parent().GetFixedPoseInBodyFrame().translation()
+        link = weld.parent_body().name()
+        assert link == ("foot_l", "zfl", "foot_r", "zfr")[switch // 2]
+        assert (switch % 2 == 0) == (y > 0)
 
 
 def test_height_of_the_bare_floor_is_zero():

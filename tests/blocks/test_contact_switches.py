@@ -4,9 +4,18 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from pydrake.math import RollPitchYaw
+from pydrake.multibody.math import SpatialForce
+from pydrake.multibody.tree import JointIndex
 
-from lola_drake.blocks.contact_switches import ContactSwitches, ContactSwitchesParams
+from lola_drake.blocks.contact_switches import (
+    ContactSwitches,
+    ContactSwitchesParams,
+    forces_in_world,
+)
 from lola_drake.parameters import ParameterError
+from lola_drake.plant import pad_joints
+from lola_drake.robot import Kinematics
 from lola_drake.scenario import Scenario
 from lola_drake.signals import PERIOD
 from lola_drake.world import build_simulation
@@ -14,79 +23,47 @@ from lola_drake.world import build_simulation
 CLOSE, OPEN = 15.0, 8.0
 
 
-class _Force:
-    def __init__(self, force):
-        self._force = np.array(force)
-
-    def translational(self):
-        return self._force
+UPRIGHT = np.array([1.0, 0.0, 0.0, 0.0])
 
 
-class _Id:
-    def __init__(self, value):
-        self._value = value
-
-    def get_value(self):
-        return self._value
+@pytest.fixture(scope="module")
+def kinematics():
+    return Kinematics()
 
 
-class _Contact:
-    """A contact between two geometries, as the plant reports it."""
-
-    def __init__(self, m, n, force):
-        self._m, self._n, self._force = m, n, force
-
-    def contact_surface(self):
-        return self
-
-    def id_M(self):
-        return _Id(self._m)
-
-    def id_N(self):
-        return _Id(self._n)
-
-    def F_Ac_W(self):
-        return _Force(self._force)
-
-
-class Results:
-    def __init__(self, *contacts):
-        self._contacts = contacts
-
-    def num_hydroelastic_contacts(self):
-        return len(self._contacts)
-
-    def hydroelastic_contact_info(self, i):
-        return self._contacts[i]
-
-
-def switched(closed, force, close_force, open_force):
+@pytest.fixture(scope="module")
+def switched(kinematics):
     """Return the new state of a switch; all the others are pressed and stay closed."""
-    contact, forces = np.ones(8), np.tile([9.0, -9.0, 1e3], 8)
-    contact[5], forces[3 * 5 + 2] = closed, force
-    after = ContactSwitches.laws["next_contact"](contact, forces, close_force, open_force)
-    assert np.delete(after, 5).all()
-    return after[5]
+
+    def after(closed, force, close_force, open_force):
+        contact, forces = np.ones(8), np.tile([9.0, -9.0, 1e3], 8)
+        contact[5], forces[3 * 5 + 2] = closed, force
+        law, tree = ContactSwitches.laws["next_contact"], kinematics.tree
+        result = law(contact, UPRIGHT, np.zeros(24), forces, tree, close_force, open_force)
+        assert np.delete(result, 5).all()
+        return result[5]
+
+    return after
 
 
-def test_open_switch_closes_above_the_upper_threshold():
+def test_open_switch_closes_above_the_upper_threshold(switched):
     states = [switched(0.0, force, CLOSE, OPEN) for force in (0.0, 10.0, CLOSE, CLOSE + 0.1)]
     assert states == [0.0, 0.0, 0.0, 1.0]
 
 
-def test_closed_switch_opens_at_the_lower_threshold():
+def test_closed_switch_opens_at_the_lower_threshold(switched):
     states = [switched(1.0, force, CLOSE, OPEN) for force in (20.0, 10.0, OPEN, OPEN - 0.1)]
     assert states == [1.0, 1.0, 0.0, 0.0]
 
 
 @given(st.floats(OPEN, CLOSE, exclude_min=True), st.sampled_from([0.0, 1.0]))
-def test_between_the_thresholds_nothing_switches(force, closed):
+def test_between_the_thresholds_nothing_switches(switched, force, closed):
     assert switched(closed, force, CLOSE, OPEN) == closed
 
 
 @pytest.mark.parametrize("closed", [0.0, 1.0])
 @given(force=st.floats(-50, 50))
-def test_ideal_switch_has_no_hysteresis(closed, force):
+def test_ideal_switch_has_no_hysteresis(switched, closed, force):
     ideal = ContactSwitchesParams().ideal()
     assert switched(closed, force, ideal.close_force, ideal.open_force) == float(force > 1.0)
 
@@ -96,16 +73,31 @@ def test_thresholds_in_the_wrong_order_are_refused():
         ContactSwitchesParams(close_force=5.0, open_force=6.0)
 
 
-def test_forces_on_a_pad_add_up_with_their_signs():
-    results = Results(
-        _Contact(100, 1, [1.0, 2.0, 30.0]),
-        _Contact(2, 100, [-4.0, 0.0, -5.0]),
-        _Contact(8, 9, [7.0, 7.0, 7.0]),
-    )
-    forces = ContactSwitches(ContactSwitchesParams(), {100: 6}).read_pad_forces(results)
-    expected = np.zeros((8, 3))
-    expected[6] = [5.0, 2.0, 35.0]
-    assert np.array_equal(np.reshape(forces, (8, 3)), expected)
+def test_a_pad_bears_the_opposite_of_what_holds_it(kinematics):
+    reactions = [SpatialForce([9.0, 9.0, 9.0], [k, 10.0 * k, 100.0 * k]) for k in range(20)]
+    joints = (3, 5, 7, 9, 11, 13, 15, 17)
+    switches = ContactSwitches(ContactSwitchesParams(), joints, kinematics.tree)
+    loads = np.reshape(switches.read_pad_loads(reactions), (8, 3))
+    np.testing.assert_array_equal(loads, np.outer(joints, [-1.0, -10.0, -100.0]))
+
+
+def test_forces_are_turned_from_the_pads_to_the_world(kinematics):
+    """Against Drake, with the torso and all joints turned."""
+    plant, context = kinematics.plant, kinematics.plant.CreateDefaultContext()
+    rng = np.random.default_rng(3)
+    q, torso = 0.3 * rng.standard_normal(24), RollPitchYaw(0.2, -0.3, 0.7).ToQuaternion()
+    plant.SetPositions(context, np.concatenate([torso.wxyz(), rng.standard_normal(3), q]))
+    loads = rng.standard_normal((8, 3))
+    expected = [
+        plant.get_joint(JointIndex(joint))
+        .frame_on_child()
+        .CalcRotationMatrixInWorld(context)
+        .matrix()
+        @ load
+        for joint, load in zip(pad_joints(plant), loads, strict=True)
+    ]
+    forces = forces_in_world(torso.wxyz(), q, loads.ravel(), kinematics.tree)
+    np.testing.assert_allclose(np.reshape(forces, (8, 3)), expected, atol=1e-12)
 
 
 @pytest.fixture(scope="module")

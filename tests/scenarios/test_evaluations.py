@@ -19,6 +19,7 @@ from lola_drake.robot import Kinematics
 from lola_drake.scenario import load_scenario
 from lola_drake.simulation import ENGINES, start
 from lola_drake.theory import kinematics, step_plan
+from lola_drake.world import build_simulation
 
 TICKS = 50
 """In the middle of a swing: no step is planned, and one foot is on the ground."""

@@ -28,7 +28,6 @@ def step_response(at, entry, delta, feedforward=0.0, ticks=80):
     changes = {
         "variant": "dyn",
         "sensors.ideal": True,
-        "control.force.time_constant": delta,
         "control.inverse_kinematics.feedforward": feedforward,
     }
     point = situation(load_scenario("stand", changes), at)
@@ -36,6 +35,8 @@ def step_response(at, entry, delta, feedforward=0.0, ticks=80):
     for foot in FEET:
         block = controller.GetSubsystemByName(f"com_dynamics_{foot}")
         set_gain(block, point.context, "gain", 0.0)
+        block = controller.GetSubsystemByName(f"force_control_{foot}")
+        set_gain(block, point.context, "time_constant", delta)
     distribution = controller.GetSubsystemByName("force_distribution")
     desired = distribution.GetOutputPort("desired_wrench").Eval(
         distribution.GetMyContextFromRoot(point.context)
