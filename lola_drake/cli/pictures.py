@@ -82,7 +82,7 @@ def report(
         Path | None, typer.Option(help="Also a film of the first run, .webp or .mp4.")
     ] = None,
 ) -> None:
-    """Write one page about some runs, side by side: metrics, replays, figures, settings."""
+    """Write one page about some runs: metrics, one replay with ghosts, curves, settings."""
     from lola_drake.reports.run_report import write_report
     from lola_drake.results import load_result
     from lola_drake.view3d.video import save_video

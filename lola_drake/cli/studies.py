@@ -40,9 +40,12 @@ def compare(
         bool, typer.Option("--force", help="Replace the comparison in that folder.")
     ] = False,
     jobs: Jobs = 2,
+    pictures: Annotated[
+        bool, typer.Option(help="Write a report with both robots in one scene, too.")
+    ] = True,
     as_json: Json = False,
 ) -> None:
-    """Run a scenario in several variants; write a table and a figure of them side by side."""
+    """Run a scenario in several variants; write a table, a figure and a report of them."""
     from lola_drake.results import check_folder
     from lola_drake.scenario import load_scenario
     from lola_drake.studies.tables import comparison_table
@@ -60,6 +63,10 @@ def compare(
         with Console(stderr=True).status(f"{chosen.name}: {variants}"):
             results = run_variants(chosen, variants.split(","), jobs)
         write_comparison(results, folder, force=force)
+        if pictures:
+            from lola_drake.reports.run_report import REPORT, write_report
+
+            write_report(results, folder / REPORT)
     if as_json:
         print(json.dumps(comparison(results), indent=2))
         return
