@@ -17,6 +17,7 @@ _HOME = {
     "save_diagram": "diagram.block_diagram",
     "Scenario": "scenario",
     "ScenarioError": "scenario",
+    "show": "notebook",
     "simulate": "simulation",
     "write_report": "reports.run_report",
 }

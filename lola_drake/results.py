@@ -12,6 +12,7 @@ from collections.abc import Iterator, Set
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from functools import cached_property
+from html import escape
 from pathlib import Path
 
 import h5py
@@ -21,6 +22,7 @@ from lola_drake.logged import LOGGED
 from lola_drake.metrics import Limits, metrics
 from lola_drake.robot import Kinematics
 from lola_drake.scenario import Scenario, dump_scenario, load_scenario
+from lola_drake.typed_yaml import leaves
 
 SUMMARY, SIGNALS, SCENARIO = "summary.json", "signals.h5", "scenario.yaml"
 RUN_FILES = frozenset({SUMMARY, SIGNALS, SCENARIO})
@@ -41,7 +43,7 @@ def software_versions() -> dict[str, str]:
     return versions
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Result:
     """One run.
 
@@ -69,6 +71,25 @@ class Result:
             shape = (len(self.times), LOGGED[name].size)
             if values.shape != shape:
                 raise ValueError(f"{name} has shape {values.shape} instead of {shape}")
+
+    def __repr__(self) -> str:
+        name, variant = self.scenario.name, self.scenario.variant
+        return f"<Result {name} ({variant}, seed {self.scenario.seed}): {self._ending()}>"
+
+    def _repr_html_(self) -> str:
+        name, variant = self.scenario.name, self.scenario.variant
+        told = {"scenario", "variant", "seed", "versions", "completed", "fell", "fall_time_s"}
+        cells = "".join(
+            f"<tr><td style='text-align: left'>{escape(key)}</td><td>{_short(value)}</td></tr>"
+            for key, value in leaves(self.summary).items()
+            if key.split(".")[0] not in told
+        )
+        return f"<b>{escape(name)}</b> ({variant}): {self._ending()}<table>{cells}</table>"
+
+    def _ending(self) -> str:
+        if self.fall_time is not None:
+            return f"fell at {self.fall_time:.2f} s"
+        return f"{self.duration:g} s, " + ("completed" if self.completed else "interrupted")
 
     @property
     def duration(self) -> float:
@@ -234,6 +255,10 @@ def _finite(value: object) -> object:
     if isinstance(value, dict):
         return {key: _finite(entry) for key, entry in value.items()}
     return None if isinstance(value, float) and not math.isfinite(value) else value
+
+
+def _short(value: object) -> str:
+    return "–" if value is None else f"{value:.4g}"
 
 
 def _reason(error: Exception) -> str:
