@@ -89,7 +89,7 @@ class Result:
     def _ending(self) -> str:
         if self.fall_time is not None:
             return f"fell at {self.fall_time:.2f} s"
-        return f"{self.duration:g} s, " + ("completed" if self.completed else "interrupted")
+        return f"{self.duration:.3g} s, " + ("completed" if self.completed else "interrupted")
 
     @property
     def duration(self) -> float:
