@@ -111,20 +111,21 @@ class Markers:
 
 
 class PressureMarkers:
-    """A plate in each pad that glows as the ground presses on it."""
+    """A shell around each pad that glows as the ground presses on it."""
 
     def __init__(self, meshcat: Meshcat):
-        """Create the plates."""
+        """Create the shells."""
         self._meshcat = meshcat
         for foot in FEET:
             for i, pad in enumerate(PADS):
                 path = _pad_path(foot, i)
-                plate = Box(0.98 * pad.length, 0.98 * pad.width, 0.012)
-                meshcat.SetObject(path, plate, _rgba(PRESSURE, 0.5))
-                meshcat.SetTransform(path, RigidTransform([pad.x, pad.y, 0.004]))
+                # A little larger than the pad, which would hide it.
+                shell = Box(pad.length + 0.004, pad.width + 0.004, 0.028)
+                meshcat.SetObject(path, shell, _rgba(PRESSURE, 0.5))
+                meshcat.SetTransform(path, RigidTransform([pad.x, pad.y, 0.013]))
 
     def show(self, feet: np.ndarray, forces: np.ndarray, time: float | None = None) -> None:
-        """Move the plates with the feet and let them glow.
+        """Move the shells with the feet and let them glow.
 
         Args:
             feet: x, y, z (m), roll, pitch, yaw (rad) of both TCPs in W, shape (2, 6).

@@ -31,7 +31,7 @@ WORLD = "/world"
 SQUARE, STRIP = 0.5, 0.009
 """Distance and width of the lines on the floor (m)."""
 
-CAMERA, TARGET = (1.3, -1.65, 1.25), (0.0, 0.0, 0.98)
+CAMERA, TARGET = (1.05, -1.35, 1.25), (0.0, 0.0, 1.02)
 """Where the camera stands and what it looks at, with the robot at x = y = 0 (m)."""
 
 

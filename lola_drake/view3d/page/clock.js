@@ -30,7 +30,7 @@ function haunt() {
   world.children.ghost.object.traverse(({ material }) => {
     for (const each of [].concat(material || [])) {
       if (each.ghost) continue;
-      Object.assign(each, { ghost: true, transparent: true, opacity: 0.45, metalness: 0, needsUpdate: true });
+      Object.assign(each, { ghost: true, transparent: true, opacity: 0.35, metalness: 0, needsUpdate: true });
       if (each.color) each.color.setRGB(0.45, 0.3, 0.95);
       viewer.set_dirty();
     }
