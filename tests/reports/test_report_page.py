@@ -116,6 +116,26 @@ def test_the_cursor_moves_the_robot(report):
 
 
 @needs_browser
+def test_time_axes_zoom_together_and_back(report):
+    answer, complaints = ask(
+        report,
+        """
+        await settled(() => document.documentElement.dataset.ready === "replay");
+        for (const plot of document.querySelectorAll(".plot")) plots.draw(plot);
+        const ranges = () => plots.drawn.filter(p => !p.panel.cells[0].across)
+          .map(p => p.layout.xaxis.range.join());
+        const [first] = plots.drawn, all = first.layout.xaxis.range.slice();
+        await Plotly.relayout(first, { "xaxis.range[0]": 1, "xaxis.range[1]": 2 });
+        const near = ranges();
+        await Plotly.relayout(first, { "xaxis.range": all });
+        return { near, far: ranges(), all: all.join() };
+        """,
+    )
+    assert complaints == []
+    assert set(answer["near"]) == {"1,2"} and set(answer["far"]) == {answer["all"]}
+
+
+@needs_browser
 def test_the_first_run_is_a_ghost_in_the_scene_of_the_second(comparison):
     answer, complaints = ask(
         comparison,

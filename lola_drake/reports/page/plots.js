@@ -80,12 +80,14 @@ class Plots {
 
   redraw() { for (const plot of this.drawn) this.draw(plot); }
 
+  // Plotly tells both ends, or the range as one, or that all is shown again.
   zoomed(change) {
-    const keys = Object.keys(change);
-    const low = keys.find(k => /^xaxis\d*\.range\[0\]$/.test(k));
-    const auto = keys.some(k => /^xaxis\d*\.autorange$/.test(k));
-    if (!low && !auto) return;
-    this.range = low ? [change[low], change[low.replace("[0]", "[1]")]] : [0, this.shape.duration];
+    const key = Object.keys(change).find(each => /^xaxis\d*\.(range|autorange)/.test(each));
+    if (!key) return;
+    const axis = key.split(".")[0];
+    this.range = change[`${axis}.range`]
+      || (change[`${axis}.autorange`] ? null : [change[`${axis}.range[0]`], change[`${axis}.range[1]`]])
+      || [0, this.shape.duration];
     this.redraw();
   }
 
