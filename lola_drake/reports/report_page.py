@@ -97,7 +97,7 @@ def _tiles(results: Sequence[Result]) -> str:
     tiles = []
     for name, (key, unit) in HEADLINES.items():
         value = " → ".join(_number(row[key], 3) for row in rows)
-        change = f" ({_change(*(row[key] for row in rows))})" if len(rows) == 2 else ""
+        change = f" ({_change(*(row[key] for row in rows))})" if _comparable(results) else ""
         tiles.append(f"<div><b>{value} {unit}{change.replace(' ()', '')}</b>{name}</div>")
     return "".join(tiles)
 
@@ -118,7 +118,7 @@ def _versions(result: Result) -> str:
 
 def _metrics_table(results: Sequence[Result], names: list[str]) -> str:
     rows = [_flat(result.summary) for result in results]
-    compared = len(rows) == 2
+    compared = _comparable(results)
     head = ["metric", *names, *(["change"] if compared else [])]
     lines = [_row("th", head)]
     for key in rows[0]:
@@ -127,6 +127,11 @@ def _metrics_table(results: Sequence[Result], names: list[str]) -> str:
             cells.append(_change(rows[0][key], rows[1][key]))
         lines.append(_row("td", cells))
     return f"<table>{''.join(lines)}</table>"
+
+
+def _comparable(results: Sequence[Result]) -> bool:
+    """Return whether changes say something: after a fall two runs tell of different times."""
+    return len(results) == 2 and all(result.fall_time is None for result in results)
 
 
 def _flat(summary: dict) -> dict[str, object]:

@@ -84,6 +84,14 @@ def test_a_page_needs_nothing_but_itself(comparison):
     assert len(page) < 12e6 and page.count("</html>") == 1
 
 
+def test_after_a_fall_nothing_is_compared(make_result, tmp_path):
+    ref = make_result(override(Scenario(), {"variant": "ref"}), steps=1)
+    fallen = make_result(steps=1, completed=False, fall_time=1.5)
+    page = write_report([ref, fallen], tmp_path / "fall.html").read_text()
+    assert "dyn: fell at 1.50 s" in page
+    assert "<th>change</th>" not in page and " %)" not in page
+
+
 @needs_browser
 def test_the_cursor_moves_the_robot(report):
     answer, complaints = ask(

@@ -33,7 +33,8 @@ class Plots {
     for (const curve of cell.curves) {
       const entry = list.appendChild(document.createElement("li"));
       const line = entry.appendChild(document.createElement("i"));
-      line.style.borderTop = `2px ${curve.dash === "solid" ? "solid" : "dotted"} ${this.colour(curve, name => `var(${name})`)}`;
+      const style = { solid: "solid", dash: "dashed", dot: "dotted" }[this.dash(curve)];
+      line.style.borderTop = `2px ${style} ${this.colour(curve, name => `var(${name})`)}`;
       entry.append(this.name(curve));
     }
     return list;
@@ -43,6 +44,8 @@ class Plots {
   ghost({ run, plan }) { return !plan && run < this.shape.runs.length - 1; }
 
   colour(curve, of) { return this.ghost(curve) ? of("--ghost") : curve.colour === "ink" ? of("--ink") : curve.colour; }
+
+  dash(curve) { return this.ghost(curve) ? ["solid", "dash", "dot"][curve.run % 3] : curve.dash; }
 
   name({ name, plan, run }) {
     return this.shape.runs.length > 1 && !plan ? `${name}, ${this.shape.runs[run].name}` : name;
@@ -137,7 +140,7 @@ class Plots {
     return { ...points, every: over ? 0 : curve.every, name: this.name(curve), xaxis: `x${id}`, yaxis: `y${id}`,
       mode: "lines", hovertemplate: over ? "%{y:.4g}" : "%{x:.4g}, %{y:.4g}",
       line: { color: this.colour(curve, css), width: ghost ? 2 : curve.plan ? 1 : 1.3,
-        dash: ghost ? ["solid", "dash", "dot"][curve.run % 3] : curve.dash } };
+        dash: this.dash(curve) } };
   }
 
   events(layout, id) {
