@@ -29,6 +29,7 @@ _HOME = {
     "Scenario": "scenario",
     "ScenarioError": "scenario",
     "settings": "settings",
+    "show": "notebook",
     "start": "simulation",
     "State": "block",
     "simulate": "simulation",

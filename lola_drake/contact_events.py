@@ -1,6 +1,7 @@
 """Contacts that come before or after their time: what the plan did not expect."""
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
@@ -47,7 +48,7 @@ def landings(result: Result) -> list[Landing]:
         pads = result.signals["contact"][:, CONTACT.slice(f"pads_{foot}")]
         closing = times[1:][np.diff(pads.any(axis=1).astype(int)) > 0]
         lift_offs = times[1:][np.diff(support[:, i]) < 0]
-        for lift_off, following in zip(lift_offs, np.append(lift_offs, np.inf)[1:], strict=True):
+        for lift_off, following in pairwise([*lift_offs, np.inf]):
             candidates = closing[(closing > lift_off + 0.5 * swing) & (closing < following)]
             if len(candidates):
                 found.append(Landing(foot, float(lift_off + swing), float(candidates[0])))

@@ -6,6 +6,7 @@ import math
 import platform
 from dataclasses import dataclass, field
 from functools import cached_property
+from html import escape
 from pathlib import Path
 
 import h5py
@@ -18,6 +19,7 @@ from lola_drake.logged import LOGGED
 from lola_drake.metrics import Limits, metrics
 from lola_drake.robot import Kinematics
 from lola_drake.scenario import Scenario, dump_scenario, load_scenario
+from lola_drake.typed_yaml import leaves
 
 MOST_NUMBERS = 500_000_000
 """More than this a signal of the longest run does not have."""
@@ -78,6 +80,16 @@ class Result:
             shape = (len(self.times), LOGGED[name].size)
             if values.shape != shape:
                 raise ValueError(f"{name} has shape {values.shape} instead of {shape}")
+
+    def _repr_html_(self) -> str:
+        name, variant = self.scenario.name, self.scenario.variant
+        told = {"scenario", "variant", "seed", "versions", "completed", "fell", "fall_time_s"}
+        cells = "".join(
+            f"<tr><td style='text-align: left'>{escape(key)}</td><td>{_short(value)}</td></tr>"
+            for key, value in leaves(self.summary).items()
+            if key.split(".")[0] not in told
+        )
+        return f"<b>{escape(name)}</b> ({variant}): {self.end}<table>{cells}</table>"
 
     @property
     def duration(self) -> float:
@@ -234,3 +246,7 @@ def _finite(value: object) -> object:
     if isinstance(value, dict):
         return {key: _finite(entry) for key, entry in value.items()}
     return None if isinstance(value, float) and not math.isfinite(value) else value
+
+
+def _short(value: object) -> str:
+    return "–" if value is None else f"{value:.4g}"

@@ -75,7 +75,9 @@ def start(
     `lola_drake.servos`.
 
     Args:
-        scenario, blocks, engine: as in `simulate`.
+        scenario: as in `simulate`.
+        blocks: as in `simulate`.
+        engine: as in `simulate`.
         limited: whether the fused engine begins with the servos of the diagram, too.
         compile_laws: whether the fused engine compiles its laws; None for where it can.
     """

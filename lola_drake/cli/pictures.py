@@ -97,7 +97,7 @@ def report(
     ] = None,
     force: Force = False,
 ) -> None:
-    """Write one page about some runs, side by side: metrics, replays, figures, settings."""
+    """Write one page about some runs: metrics, one replay with ghosts, curves, settings."""
     from lola_drake.atomic_file import check_file
     from lola_drake.reports.run_report import write_report
     from lola_drake.results import load_result

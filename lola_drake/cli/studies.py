@@ -48,9 +48,12 @@ def compare(
         bool, typer.Option("--force", help="Replace the comparison in that folder.")
     ] = False,
     jobs: Jobs = 2,
+    pictures: Annotated[
+        bool, typer.Option(help="Write a report with both robots in one scene, too.")
+    ] = True,
     as_json: Json = False,
 ) -> None:
-    """Run a scenario in several variants; write a table and a figure of them side by side."""
+    """Run a scenario in several variants; write a table, a figure and a report of them."""
     from lola_drake.errors import ResultError
     from lola_drake.interruption import interruption
     from lola_drake.results import check_folder
@@ -77,6 +80,10 @@ def compare(
             raise ResultError(f"not all variants ran; what was recorded is kept in {folder}")
         with drawn(folder):
             write_comparison(results, folder)
+            if pictures:
+                from lola_drake.reports.run_report import REPORT, write_report
+
+                write_report(results, folder / REPORT)
     if as_json:
         print(json.dumps(comparison(results), indent=2))
     else:

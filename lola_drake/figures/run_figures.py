@@ -11,6 +11,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from lola_drake.atomic_file import whole_file
+from lola_drake.figures.balance_figures import com_zmp_dcm, foot_pressure, phase_portrait
 from lola_drake.figures.footprints import footprints
 from lola_drake.figures.style import (
     DASHED,
@@ -191,6 +192,9 @@ FIGURES: dict[str, Callable[[Result], Figure]] = {
     "inclination": inclination,
     "foot_forces": foot_forces,
     "footprints": footprints,
+    "com_zmp_dcm": com_zmp_dcm,
+    "foot_pressure": foot_pressure,
+    "phase_portrait": phase_portrait,
     "foot_heights": foot_heights,
     "force_control": force_control,
     "torque_errors": torque_errors,

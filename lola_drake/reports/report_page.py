@@ -1,99 +1,113 @@
 """One page about one run, or about several beside each other: to look at, keep and mail."""
 
 import base64
+import re
 from collections.abc import Sequence
-from dataclasses import dataclass
+from functools import cache
 from html import escape
+from importlib.resources import files
+from importlib.util import find_spec
+from pathlib import Path
 
 from lola_drake.diagram.block_diagram import block_diagram
 from lola_drake.diagram.drawing import to_svg
-from lola_drake.figures.comparison import COMPARISONS, labels
-from lola_drake.figures.run_figures import figure_bytes
-from lola_drake.figures.style import look
+from lola_drake.figures.comparison import labels
+from lola_drake.figures.style import FIRST, FOOT_COLOURS, SECOND, THIRD
+from lola_drake.reports.payload import payload
 from lola_drake.results import Result
 from lola_drake.scenario import Scenario, differences
 from lola_drake.typed_yaml import leaves, plain
-from lola_drake.view3d.replay import UNPACK
+from lola_drake.view3d.markers import PRESSURE
+from lola_drake.view3d.replay import asset, packed
 from lola_drake.world import build_simulation
 
-STYLE = """
-:root { color-scheme: light dark; --ink: #1f2328; --faint: #5f6873; --page: #fff; --card: #f6f8fa;
-  --line: #d8dee4; --bad: #b00020; }
-@media (prefers-color-scheme: dark) { :root { --ink: #e6edf3; --faint: #98a2ad; --page: #0d1117;
-  --card: #161b22; --line: #30363d; --bad: #ff8a8a; } }
-body { font: 15px/1.5 system-ui, "Helvetica Neue", Arial, sans-serif; color: var(--ink);
-  background: var(--page); max-width: 1080px; margin: 0 auto; padding: 24px; }
-h1 { margin: 0; font-size: 26px; } h2 { margin: 36px 0 8px; font-size: 19px; }
-p { margin: 4px 0; color: var(--faint); }
-table { border-collapse: collapse; font-variant-numeric: tabular-nums; }
-th, td { padding: 3px 14px 3px 0; text-align: right; border-bottom: 1px solid var(--line); }
-th:first-child, td:first-child { text-align: left; } th { font-weight: 600; }
-td:first-child { font-family: ui-monospace, Menlo, Consolas, monospace; font-size: 13px; }
-img, object { display: block; width: 100%; margin: 12px 0; border-radius: 6px;
-  background: #fff; }
-object { background: var(--page); }
-.replay { background: var(--card); border: 1px solid var(--line); border-radius: 6px;
-  height: 520px; margin: 8px 0; display: flex; align-items: center; justify-content: center; }
-iframe { border: 0; width: 100%; height: 100%; border-radius: 6px; }
-button { font: inherit; padding: 10px 18px; border-radius: 6px; border: 1px solid var(--line);
-  background: var(--page); color: var(--ink); cursor: pointer; }
-.fell { color: var(--bad); font-weight: 600; }
-@media print { .replay { display: none; } }
-"""
-
-SCRIPT = (
-    UNPACK
-    + """
-for (const place of document.querySelectorAll(".replay")) {
-  place.querySelector("button").addEventListener("click", async () => {
-    const frame = document.createElement("iframe");
-    frame.srcdoc = await unpack(place.querySelector("script").textContent);
-    place.replaceChildren(frame);
-  });
+HEADLINES = {
+    "largest inclination φ_x": ("max_inclination_deg.x", "°"),
+    "largest inclination φ_y": ("max_inclination_deg.y", "°"),
+    "RMS error of T_x": ("rms_torque_error_Nm.x", "Nm"),
+    "RMS error of T_y": ("rms_torque_error_Nm.y", "Nm"),
+    "largest force on a foot": ("max_foot_force_N", "N"),
 }
-"""
+"""The metrics that a report begins with: key in the summary, unit."""
+
+LEGEND = (
+    (FOOT_COLOURS["l"], "ground force, left foot"),
+    (FOOT_COLOURS["r"], "right foot"),
+    (THIRD, "CoM"),
+    (SECOND, "ZMP"),
+    (PRESSURE, "pressure of the pads"),
+    (FIRST, "inclination of the torso, × 10"),
 )
 
 
-@dataclass(frozen=True)
-class RunPictures:
-    """What a report shows of one run.
+def report_page(results: Sequence[Result], replay: str) -> str:
+    """Return one page about some runs; the first is what the others are compared with.
 
-    Attributes:
-        figures: SVG by the figures' names.
+    Args:
+        results: The runs.
         replay: From `packed_replay`.
     """
-
-    figures: dict[str, bytes]
-    replay: str
-
-
-def report_page(results: Sequence[Result], pictures: Sequence[RunPictures]) -> str:
-    """Return one page about some runs; the first is what the others are compared with."""
     first = results[0].scenario
     names = labels(results) if len(results) > 1 else [first.variant]
     title = " and ".join(dict.fromkeys(result.scenario.name for result in results))
-    replays = [picture.replay for picture in pictures]
-    parts = [
-        f"<h1>{escape(title)}</h1>",
-        f"<p>{escape(first.description)}</p>",
-        f"<p>{escape(_versions(results[0]))}</p>",
-        "<h2>Metrics</h2>",
-        _metrics_table(results, names),
-        "<h2>Replay</h2>",
-        *(_replay(*each) for each in zip(results, names, replays, strict=True)),
-        "<h2>Figures</h2>",
-        *_figures(results, names, pictures),
-        "<h2>Settings that differ from the defaults</h2>",
-        _settings_table(results, names),
-        "<h2>Block diagram of the controller</h2>",
-        _diagram(first),
+    packed_curves = payload(results, names)
+    parts = {
+        "STYLE": _asset("report.css"),
+        "TITLE": escape(f"{title}: {', '.join(names)}"),
+        "HEADER": _header(results, names),
+        "TILES": _tiles(results),
+        "LEGEND": _legend(names),
+        "METRICS": _metrics_table(results, names),
+        "SETTINGS": _settings_table(results, names),
+        "DIAGRAM": _diagram(first),
+        "SCRIPT": asset("unpack.js") + "".join(map(_asset, ("data.js", "plots.js", "report.js"))),
+        "SHAPE": packed_curves["shape"],
+        "NUMBERS": packed_curves["numbers"],
+        "PLOTLY": _plotly(),
+        "SCENE": replay,
+    }
+    # All at once, so that no part is looked for in another one.
+    return re.sub("|".join(parts), lambda match: parts[match[0]], _asset("report.html"))
+
+
+def _asset(name: str) -> str:
+    return files("lola_drake.reports").joinpath("page", name).read_text(encoding="utf-8")
+
+
+@cache
+def _plotly() -> str:
+    """Return Plotly's JavaScript, packed; the package itself is not imported, that takes long."""
+    (folder,) = find_spec("plotly").submodule_search_locations
+    return packed((Path(folder) / "package_data" / "plotly.min.js").read_bytes())
+
+
+def _header(results: Sequence[Result], names: list[str]) -> str:
+    told = [results[0].scenario.description, _versions(results[0])]
+    falls = [
+        f'<p class="fell">{escape(name)}: fell at {result.fall_time:.2f} s</p>'
+        for result, name in zip(results, names, strict=True)
+        if result.fall_time is not None
     ]
-    body = "\n".join(parts)
-    return (
-        f'<!doctype html>\n<html lang="en"><head><meta charset="utf-8"><title>{escape(title)}'
-        f"</title>\n<style>{STYLE}</style></head>\n<body>\n{body}\n<script>{SCRIPT}</script>\n"
-        "</body></html>\n"
+    return "\n".join([*(f"<p>{escape(text)}</p>" for text in told if text), *falls])
+
+
+def _tiles(results: Sequence[Result]) -> str:
+    """Return the few metrics that are asked for first; of two runs as first → second."""
+    rows = [_flat(result.summary) for result in results]
+    tiles = []
+    for name, (key, unit) in HEADLINES.items():
+        value = " → ".join(_number(row[key], 3) for row in rows)
+        change = f" ({_change(*(row[key] for row in rows))})" if _comparable(results) else ""
+        tiles.append(f"<div><b>{value} {unit}{change.replace(' ()', '')}</b>{name}</div>")
+    return "".join(tiles)
+
+
+def _legend(names: list[str]) -> str:
+    entries = [*LEGEND]
+    if len(names) > 1:
+        entries.insert(0, ("var(--ghost)", f"ghost: {', '.join(names[:-1])}; robot: {names[-1]}"))
+    return "".join(
+        f'<li><i style="background:{colour}"></i>{escape(text)}</li>' for colour, text in entries
     )
 
 
@@ -104,7 +118,7 @@ def _versions(result: Result) -> str:
 
 def _metrics_table(results: Sequence[Result], names: list[str]) -> str:
     rows = [_flat(result.summary) for result in results]
-    compared = len(rows) == 2
+    compared = _comparable(results)
     head = ["metric", *names, *(["change"] if compared else [])]
     lines = [_row("th", head)]
     for key in rows[0]:
@@ -115,18 +129,23 @@ def _metrics_table(results: Sequence[Result], names: list[str]) -> str:
     return f"<table>{''.join(lines)}</table>"
 
 
+def _comparable(results: Sequence[Result]) -> bool:
+    """Return whether changes say something: after a fall two runs tell of different times."""
+    return len(results) == 2 and all(result.fall_time is None for result in results)
+
+
 def _flat(summary: dict) -> dict[str, object]:
     """Return the metrics of a summary without nesting."""
     told = {"scenario", "variant", "seed", "versions"}
     return {key: value for key, value in leaves(summary).items() if key.split(".")[0] not in told}
 
 
-def _number(value: object) -> str:
+def _number(value: object, digits: int = 4) -> str:
     if value is None:
         return "–"
     if isinstance(value, bool):
         return "yes" if value else "no"
-    return f"{value:.4g}"
+    return f"{value:.{digits}g}"
 
 
 def _change(before: object, after: object) -> str:
@@ -158,41 +177,6 @@ def _plain(value: object) -> str:
 
 def _row(tag: str, cells: list[str]) -> str:
     return f"<tr>{''.join(f'<{tag}>{escape(cell)}</{tag}>' for cell in cells)}</tr>"
-
-
-def _replay(result: Result, name: str, replay: str) -> str:
-    label = escape(f"Play {result.scenario.name} ({name})")
-    fall = ""
-    if result.fall_time is not None:
-        fall = f'<p class="fell">{escape(name)}: fell at {result.fall_time:.2f} s</p>'
-    return (
-        f'{fall}<div class="replay"><button>▶ {label}</button>'
-        f'<script type="text/plain">{replay}</script></div>'
-    )
-
-
-def _figures(
-    results: Sequence[Result], names: list[str], pictures: Sequence[RunPictures]
-) -> list[str]:
-    galleries = [
-        "\n".join(_image(name, svg) for name, svg in picture.figures.items())
-        for picture in pictures
-    ]
-    if len(results) == 1:
-        return galleries
-    with look():
-        together = {name: draw(results) for name, draw in COMPARISONS.items()}
-    return [
-        *(_image(name, figure_bytes(figure, "svg")) for name, figure in together.items()),
-        *(
-            f"<details><summary>{escape(name)}</summary>{gallery}</details>"
-            for name, gallery in zip(names, galleries, strict=True)
-        ),
-    ]
-
-
-def _image(name: str, svg: bytes) -> str:
-    return f'<img alt="{escape(name)}" src="{_data(svg)}">'
 
 
 def _diagram(scenario: Scenario) -> str:

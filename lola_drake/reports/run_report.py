@@ -6,7 +6,7 @@ from pathlib import Path
 from lola_drake.atomic_file import whole_file
 from lola_drake.errors import OutputError
 from lola_drake.figures.run_figures import draw_figures, figure_bytes
-from lola_drake.reports.report_page import RunPictures, report_page
+from lola_drake.reports.report_page import report_page
 from lola_drake.results import Result
 from lola_drake.view3d.replay import loading_page, packed_replay
 
@@ -26,17 +26,14 @@ def check_drawable(results: Sequence[Result]) -> None:
 def write_pictures(result: Result, folder: str | Path) -> None:
     """Write a run's figures, replay and report into its folder."""
     check_drawable([result])
-    folder, pictures = Path(folder), RunPictures({}, packed_replay(result))
+    folder, replay = Path(folder), packed_replay(result)
     for name, figure in draw_figures(result).items():
         for kind in ("svg", "png"):
-            content = figure_bytes(figure, kind)
-            if kind == "svg":
-                pictures.figures[name] = content
             with whole_file(folder / FIGURES / f"{name}.{kind}") as file:
-                file.write_bytes(content)
+                file.write_bytes(figure_bytes(figure, kind))
     title = f"{result.scenario.name} ({result.scenario.variant})"
-    _write(folder / REPLAY, loading_page(title, pictures.replay))
-    _write(folder / REPORT, report_page([result], [pictures]))
+    _write(folder / REPLAY, loading_page(title, replay))
+    _write(folder / REPORT, report_page([result], replay))
 
 
 def write_report(results: Sequence[Result], path: str | Path) -> Path:
@@ -48,14 +45,7 @@ def write_report(results: Sequence[Result], path: str | Path) -> Path:
     if not results:
         raise OutputError("a report needs at least one run")
     check_drawable(results)
-    pictures = [
-        RunPictures(
-            {name: figure_bytes(figure, "svg") for name, figure in draw_figures(result).items()},
-            packed_replay(result),
-        )
-        for result in results
-    ]
-    _write(Path(path), report_page(results, pictures))
+    _write(Path(path), report_page(results, packed_replay(*results)))
     return Path(path)
 
 

@@ -1,4 +1,4 @@
-"""What is drawn around the robot in 3D: ground forces, CoM, ZMP, footsteps, inclination.
+"""What is drawn around the robot in 3D: ground forces, CoM, ZMP, footsteps, inclination, pressure.
 
 The same markers serve a recorded replay and a running simulation.
 """
@@ -10,6 +10,7 @@ from pydrake.math import RigidTransform, RollPitchYaw, RotationMatrix
 
 from lola_drake.figures.footprints import sole_corners
 from lola_drake.figures.style import FIRST, FOOT_COLOURS, FOOT_NAMES, SECOND, THIRD
+from lola_drake.robot import PADS
 from lola_drake.signals import FEET
 from lola_drake.view3d.frames import Frame
 
@@ -17,8 +18,14 @@ ROOT = "/world/markers"
 METRES_PER_NEWTON = 1e-3
 """Length of a force's arrow."""
 
+PRESSURE = "#ff5a1f"
+"""The colour of a loaded pad."""
+
 EXAGGERATION = 10.0
 """So much more than the torso leans the needle above it; walking takes tenths of a degree."""
+
+FULL_FORCE = 300.0
+"""The force on a pad (N) from which on it glows as brightly as it can; half the robot's weight."""
 
 LEAST_FORCE = 20.0
 """A ground force (N) below which no arrow is drawn."""
@@ -101,6 +108,41 @@ class Markers:
         self._meshcat.SetProperty(f"{path}/shaft", "scale", [1.0, 1.0, length], time)
         self._meshcat.SetProperty(f"{path}/shaft", "position", [0.0, 0.0, length / 2], time)
         self._meshcat.SetProperty(f"{path}/head", "position", [0.0, 0.0, length], time)
+
+
+class PressureMarkers:
+    """A shell around each pad that glows as the ground presses on it."""
+
+    def __init__(self, meshcat: Meshcat):
+        """Create the shells."""
+        self._meshcat = meshcat
+        for foot in FEET:
+            for i, pad in enumerate(PADS):
+                path = _pad_path(foot, i)
+                # A little larger than the pad, which would hide it.
+                shell = Box(pad.length + 0.004, pad.width + 0.004, 0.028)
+                meshcat.SetObject(path, shell, _rgba(PRESSURE, 0.5))
+                meshcat.SetTransform(path, RigidTransform([pad.x, pad.y, 0.013]))
+
+    def show(self, feet: np.ndarray, forces: np.ndarray, time: float | None = None) -> None:
+        """Move the shells with the feet and let them glow.
+
+        Args:
+            feet: x, y, z (m), roll, pitch, yaw (rad) of both TCPs in W, shape (2, 6).
+            forces: on the pads (N), left foot first, shape (8,).
+            time: in a recording (s).
+        """
+        brightness = np.sqrt(np.clip(forces / FULL_FORCE, 0.0, 1.0)).reshape(len(FEET), -1)
+        for foot, pose, pads in zip(FEET, feet, brightness, strict=True):
+            place = RigidTransform(RollPitchYaw(pose[3:]), pose[:3])
+            self._meshcat.SetTransform(f"{ROOT}/pressure/{FOOT_NAMES[foot]}", place, time)
+            for i, bright in enumerate(pads):
+                path = f"{_pad_path(foot, i)}/<object>"
+                self._meshcat.SetProperty(path, "material.opacity", float(bright), time)
+
+
+def _pad_path(foot: str, pad: int) -> str:
+    return f"{ROOT}/pressure/{FOOT_NAMES[foot]}/{pad}"
 
 
 def _force_path(foot: str) -> str:

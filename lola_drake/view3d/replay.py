@@ -1,78 +1,103 @@
-"""A run as one page that plays in any browser, made from its record."""
+"""Runs as one page that plays in any browser, made from their records."""
 
 import base64
 import gzip
+from dataclasses import replace
 from html import escape
+from importlib.resources import files
 
+import numpy as np
 from pydrake.geometry import Meshcat
 
 from lola_drake.figures.footprints import planned_footsteps
+from lola_drake.pad_forces import pad_forces
 from lola_drake.results import Result
+from lola_drake.scenario import Scenario
 from lola_drake.view3d.frames import frame_samples, frames_at
-from lola_drake.view3d.markers import Markers
-from lola_drake.view3d.scene import Puppet, follow, open_meshcat, shown_in
+from lola_drake.view3d.markers import Markers, PressureMarkers
+from lola_drake.view3d.scene import WORLD, Puppet, follow, open_meshcat, shown_in
 
 FRAMES_PER_SECOND = 32.0
 
-UNPACK = """
-async function unpack(text) {
-  const bytes = Uint8Array.from(atob(text), c => c.charCodeAt(0));
-  const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("gzip"));
-  return new Response(stream).text();
-}
-"""
-"""JavaScript: what `packed_replay` has compressed."""
+GHOST = f"{WORLD}/ghost"
+"""Where the robots lie in the scene that the last run is compared with; `clock.js` makes them
+ghosts, since a mesh takes no colour before the browser has read it."""
 
-LOADER = """<!doctype html>
-<html lang="en"><head><meta charset="utf-8"><title>TITLE</title></head>
-<body><p id="note">Unpacking the replay …</p>
-<script id="packed" type="text/plain">PACKED</script>
-<script>UNPACK
-const title = document.title;
-unpack(document.getElementById("packed").textContent).then(page => {
-  document.open(); document.write(page); document.close(); document.title = title;
-}).catch(() => {
-  document.getElementById("note").textContent =
-    "This browser cannot unpack the replay; any browser from 2023 on can.";
-});
-</script></body></html>
-"""
+
+def asset(name: str) -> str:
+    """Return a file of `view3d/page/`."""
+    return files("lola_drake.view3d").joinpath("page", name).read_text(encoding="utf-8")
+
+
+def packed(text: str | bytes) -> str:
+    """Return something compressed, as text; `unpack.js` is the way back."""
+    content = text.encode() if isinstance(text, str) else text
+    return base64.b64encode(gzip.compress(content, 6, mtime=0)).decode()
 
 
 def loading_page(title: str, replay: str) -> str:
     """Return a page that unpacks and shows what `packed_replay` made."""
-    page = LOADER.replace("UNPACK", UNPACK).replace("TITLE", escape(title))
-    return page.replace("PACKED", replay)
+    page = asset("loader.html").replace("UNPACK", asset("unpack.js"))
+    return page.replace("TITLE", escape(title)).replace("PACKED", replay)
 
 
-def packed_replay(result: Result) -> str:
-    """Return a run as a page of Meshcat's, compressed, as text.
+def packed_replay(*results: Result) -> str:
+    """Return runs as a page of Meshcat's, compressed, as text.
 
     Meshcat itself and the robot's meshes are most of it, and shrink well.
     """
-    page = replay_page(result)
-    return base64.b64encode(gzip.compress(page.encode(), 6, mtime=0)).decode()
+    return packed(replay_page(*results))
 
 
-def replay_page(result: Result) -> str:
-    """Return the run as Meshcat's own static page, uncompressed."""
+def replay_page(*results: Result) -> str:
+    """Return runs as Meshcat's own static page, uncompressed; see `record`."""
     meshcat = open_meshcat()
-    record(result, meshcat)
-    return meshcat.StaticHtml()
+    record(meshcat, *results)
+    page = meshcat.StaticHtml()
+    body, end = page.rsplit("</body>", 1)
+    return f"{body}<script>{asset('clock.js')}</script></body>{end}"
 
 
-def record(result: Result, meshcat: Meshcat) -> None:
-    """Play a run into a Meshcat scene as a recording."""
-    puppet, markers = Puppet(result.scenario, shown_in(meshcat)), Markers(meshcat)
-    markers.set_footsteps(planned_footsteps(result))
-    samples = frame_samples(result.times, FRAMES_PER_SECOND)
-    scene = frames_at(result, samples)
+def record(meshcat: Meshcat, *results: Result) -> None:
+    """Play runs into a Meshcat scene as a recording: the last one whole, the others as ghosts.
+
+    A robot whose run ends before the others stays as it was at its end.
+    """
+    main, ghosts = results[-1], results[:-1]
+    longest = max(results, key=lambda result: result.duration)
+    times = longest.times[frame_samples(longest.times, FRAMES_PER_SECOND)]
     meshcat.StartRecording(frames_per_second=FRAMES_PER_SECOND)
-    joints = result.signals["joint_position"][samples]
-    for sample, frame, q in zip(samples, scene, joints, strict=True):
-        time = float(result.times[sample])
-        puppet.pose(frame.torso, q, time)
-        markers.show(frame, time)
-        follow(meshcat, frame.torso, time)
+    for i, ghost in enumerate(ghosts):
+        # What it walks on is there already.
+        bare = replace(ghost.scenario, ground=replace(ghost.scenario.ground, obstacles=()))
+        _record_robot(ghost, bare, times, meshcat, f"{GHOST}/{i}")
+    samples = _record_robot(main, main.scenario, times, meshcat, f"{WORLD}/lola")
+    _record_markers(main, samples, times, meshcat)
     meshcat.StopRecording()
     meshcat.PublishRecording()
+
+
+def _record_robot(
+    result: Result, scenario: Scenario, times: np.ndarray, meshcat: Meshcat, path: str
+) -> np.ndarray:
+    """Record how the robot moves; returns which samples of its run are the frames."""
+    samples = np.searchsorted(result.times, times - 1e-9).clip(max=len(result.times) - 1)
+    puppet = Puppet(scenario, shown_in(meshcat, path))
+    torsos = result.signals["torso_pose"][samples]
+    joints = result.signals["joint_position"][samples]
+    for time, torso, q in zip(times, torsos, joints, strict=True):
+        puppet.pose(torso, q, float(time))
+    return samples
+
+
+def _record_markers(
+    result: Result, samples: np.ndarray, times: np.ndarray, meshcat: Meshcat
+) -> None:
+    markers, pressure = Markers(meshcat), PressureMarkers(meshcat)
+    markers.set_footsteps(planned_footsteps(result))
+    frames, forces = frames_at(result, samples), pad_forces(result, samples)
+    poses = np.stack([result.signals[f"foot_pose_{foot}"][samples] for foot in "lr"], axis=1)
+    for time, frame, feet, force in zip(times, frames, poses, forces, strict=True):
+        markers.show(frame, float(time))
+        pressure.show(feet, force, float(time))
+        follow(meshcat, frame.torso, float(time))

@@ -32,7 +32,7 @@ WORLD = "/world"
 SQUARE, STRIP = 0.5, 0.009
 """Distance and width of the lines on the floor (m)."""
 
-CAMERA, TARGET = (1.5, -1.9, 1.2), (0.0, 0.0, 0.88)
+CAMERA, TARGET = (1.05, -1.35, 1.25), (0.0, 0.0, 1.02)
 """Where the camera stands and what it looks at, with the robot at x = y = 0 (m)."""
 
 
@@ -49,8 +49,8 @@ def open_meshcat(*, host: str = "localhost", live: bool = False) -> Meshcat:
         raise OutputError(
             f"no page can be shown at {shown(host)}: no such address or port"
         ) from None
-    meshcat.SetProperty("/Background", "top_color", [0.97, 0.98, 0.99])
-    meshcat.SetProperty("/Background", "bottom_color", [0.84, 0.86, 0.88])
+    meshcat.SetProperty("/Background/<object>", "top_color", [0.97, 0.98, 0.99])
+    meshcat.SetProperty("/Background/<object>", "bottom_color", [0.84, 0.86, 0.88])
     meshcat.SetProperty("/Axes", "visible", False)
     meshcat.SetProperty("/Grid", "visible", False)
     meshcat.SetCameraPose(CAMERA, TARGET)
@@ -119,11 +119,11 @@ class Puppet:
         return self.scene_graph.get_query_output_port().Eval(context)
 
 
-def shown_in(meshcat: Meshcat) -> Furnish:
-    """Return what shows a puppet in a Meshcat scene."""
+def shown_in(meshcat: Meshcat, path: str = f"{WORLD}/lola") -> Furnish:
+    """Return what shows a puppet in a Meshcat scene, under a path there."""
 
     def furnish(builder, plant, scene_graph) -> None:
-        params = MeshcatVisualizerParams(prefix=f"{WORLD}/lola", enable_alpha_slider=False)
+        params = MeshcatVisualizerParams(prefix=path, enable_alpha_slider=False)
         MeshcatVisualizer.AddToBuilder(builder, scene_graph, meshcat, params)
 
     return furnish

@@ -9,6 +9,7 @@ import pytest
 from typer.testing import CliRunner
 
 from lola_drake.cli.app import app
+from lola_drake.reports import run_report
 from lola_drake.results import load_result
 from lola_drake.studies import tuning
 
@@ -29,6 +30,9 @@ def lola(make_result, monkeypatch, tmp_path):
         result.signals["torso_pose"][1200:1400, 3:5] = inclination
         return result
 
+    # The pages have tests of their own, and need the whole simulation for their diagram.
+    monkeypatch.setattr(run_report, "report_page", lambda results, replay: "a page")
+    monkeypatch.setattr(run_report, "packed_replay", lambda *results: "a replay")
     module = types.SimpleNamespace(simulate=simulate)
     monkeypatch.setitem(sys.modules, "lola_drake.simulation", module)
 
@@ -39,7 +43,7 @@ def lola(make_result, monkeypatch, tmp_path):
     return run
 
 
-def test_compare_writes_runs_numbers_and_figure(lola, tmp_path):
+def test_compare_writes_runs_numbers_figure_and_report(lola, tmp_path):
     done = lola("compare", "step_down")
     assert done.exit_code == 0, done.output
     folder = tmp_path / "runs" / "compare_step_down"
@@ -47,6 +51,7 @@ def test_compare_writes_runs_numbers_and_figure(lola, tmp_path):
         "compare.json",
         "comparison.svg",
         "comparison.png",
+        "report.html",
         "ref",
         "dyn",
     }
@@ -54,6 +59,11 @@ def test_compare_writes_runs_numbers_and_figure(lola, tmp_path):
     assert content["change_percent"]["max_inclination_deg"] == pytest.approx({"x": -50, "y": -50})
     assert load_result(folder / "dyn").scenario.variant == "dyn"
     assert "-50.0" in done.stdout and "steps at the limit of friction" in done.stdout
+
+
+def test_compare_without_pictures_writes_no_report(lola, tmp_path):
+    assert lola("compare", "step_down", "--no-pictures").exit_code == 0
+    assert not (tmp_path / "runs" / "compare_step_down" / "report.html").exists()
 
 
 def test_compare_takes_variants_and_changes(lola):
