@@ -29,14 +29,12 @@ Changes = Annotated[
 ]
 
 Host = Annotated[
-    str, typer.Option(help="Where a browser may be; * lets everybody in who reaches this machine.")
+    str,
+    typer.Option(
+        help="Where a browser may be: private (on this machine, at an address that no other page "
+        "knows), localhost, or * to let everybody watch and steer who reaches this machine."
+    ),
 ]
-
-
-def fail(message: str) -> None:
-    """Say on stderr, in one line, what is wrong."""
-    typer.echo(f"lola: {message}", err=True)
-
 
 Seed = Annotated[int | None, typer.Option(help="Seed of all random numbers.")]
 
@@ -47,6 +45,11 @@ def changed(changes: Sequence[str] | None, **options: object) -> list[str]:
     """Return all changes of a scenario: those of `--set`, and those with an option of their own."""
     given = [f"{name}={value}" for name, value in options.items() if value is not None]
     return [*(changes or []), *given]
+
+
+def fail(message: str) -> None:
+    """Say on stderr, in one line, what is wrong."""
+    typer.echo(f"lola: {message}", err=True)
 
 
 @contextmanager
