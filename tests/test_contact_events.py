@@ -84,3 +84,7 @@ def test_who_falls_does_not_set_the_scale(walk):
     figure = variants_figure([ref, dyn])
     assert figure.axes[1].get_ylim()[1] == pytest.approx(2.6)
     assert "fell at 4.0 s" in figure.axes[0].get_legend().get_texts()[0].get_text()
+
+
+def test_a_foot_that_never_lifts_off_never_lands(make_result):
+    assert landings(make_result(steps=0)) == []
