@@ -64,6 +64,11 @@ class Result:
         return f"<Result of {scenario.name} ({scenario.variant}): {self.end}>"
 
     @property
+    def interrupted(self) -> bool:
+        """Return whether its user has ended the run."""
+        return not self.completed and self.fall_time is None and self.error is None
+
+    @property
     def end(self) -> str:
         """Return how the run ended, in a few words."""
         at = f"at {self.duration:.3f} s"
@@ -71,7 +76,7 @@ class Result:
             return f"fell at {self.fall_time:.3f} s"
         if self.error is not None:
             return f"failed {at}: {self.error}"
-        return f"completed {at}" if self.completed else f"interrupted {at}"
+        return f"interrupted {at}" if self.interrupted else f"completed {at}"
 
     def __post_init__(self):
         for name, values in self.signals.items():

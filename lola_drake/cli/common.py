@@ -88,7 +88,7 @@ def exit_for(results: "Sequence[Result]", folder: Path) -> None:
             fail(f"{told}; what was recorded is kept in {folder}")
     if any(result.error is not None for result in results):
         raise typer.Exit(FAILED)
-    if any(not result.completed and result.fall_time is None for result in results):
+    if any(result.interrupted for result in results):
         raise typer.Exit(INTERRUPTED)
 
 

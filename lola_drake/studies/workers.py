@@ -15,7 +15,7 @@ from lola_drake.errors import LolaError
 
 Item, Answer = TypeVar("Item"), TypeVar("Answer")
 
-PATIENCE = 20.0
+PATIENCE = 60.0
 """How long runs that are asked to end may take for it (s)."""
 
 
@@ -102,7 +102,7 @@ class _Pool:
                 if not self._stopped:
                     self._workers[k] = _Worker()
                 self._done.put((i, lost, None))
-            except BaseException as error:
+            except Exception as error:
                 self._done.put((i, None, error))
 
     def _next(self) -> tuple[int, object] | None:
