@@ -3,6 +3,7 @@
 import importlib.metadata
 import json
 import math
+import os
 import platform
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -18,6 +19,9 @@ from lola_drake.logged import LOGGED
 from lola_drake.metrics import Limits, metrics
 from lola_drake.robot import Kinematics
 from lola_drake.scenario import Scenario, dump_scenario, load_scenario
+
+OVERHEAD = 500_000
+"""What a record needs on the disk beside its numbers (bytes)."""
 
 MOST_NUMBERS = 500_000_000
 """More than this a signal of the longest run does not have."""
@@ -213,11 +217,20 @@ def _read_array(file: h5py.File, name: str, dimensions: int) -> np.ndarray:
     return np.asarray(found[()], dtype=float)
 
 
+def _reserve(path: Path, size: int) -> None:
+    """Fail where a disk has not so much space: in the middle of a file HDF5 dies of that."""
+    if hasattr(os, "posix_fallocate"):
+        with path.open("wb") as file:
+            os.posix_fallocate(file.fileno(), 0, size + OVERHEAD)
+        path.unlink()
+
+
 def _write(result: Result, folder: Path) -> None:
     scenario = dump_scenario(result.scenario)
     summary = json.dumps(result.summary, indent=2, allow_nan=False)
     (folder / SCENARIO).write_text(scenario, encoding="utf-8")
     (folder / SUMMARY).write_text(summary + "\n", encoding="utf-8")
+    _reserve(folder / SIGNALS, sum(values.nbytes for values in result.signals.values()))
     with h5py.File(folder / SIGNALS, "w") as file:
         file.attrs["scenario"] = scenario
         file.attrs["seed"] = result.scenario.seed

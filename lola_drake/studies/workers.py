@@ -3,6 +3,7 @@
 The processes end with the one that started them, however it ends.
 """
 
+import os
 import pickle
 import queue
 import subprocess
@@ -28,7 +29,10 @@ class _Worker:
 
     def __init__(self):
         command = [sys.executable, "-m", "lola_drake.studies.worker"]
-        self._process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE)
+        # It finds what this process finds, wherever that has been looked for.
+        environment = os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
+        pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE}
+        self._process = subprocess.Popen(command, env=environment, **pipes)
 
     def __call__(self, function: Callable[[Item], Answer], item: Item) -> Answer:
         """Return the function's answer, or raise its error."""
