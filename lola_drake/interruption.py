@@ -7,6 +7,9 @@ from contextlib import contextmanager
 
 SIGNALS = (signal.SIGINT, signal.SIGTERM)
 
+ASKED = threading.Event()
+"""Set where the end was asked for before there was anything to end."""
+
 
 @contextmanager
 def interruption() -> Iterator[threading.Event]:
@@ -15,6 +18,8 @@ def interruption() -> Iterator[threading.Event]:
     if threading.current_thread() is not threading.main_thread():
         yield event
         return
+    if ASKED.is_set():
+        event.set()
     before = {
         number: signal.signal(number, lambda *_: event.set())
         for number in SIGNALS

@@ -4,6 +4,7 @@ Every signal is a topic of JSON messages with its fields' names; the schema of a
 and frames. The poses of all links are there too, as Foxglove's frame transforms.
 """
 
+import heapq
 import json
 from collections.abc import Iterator
 from pathlib import Path
@@ -23,7 +24,7 @@ from lola_drake.signals import Signal
 if TYPE_CHECKING:
     from mcap.writer import Writer
 
-POSES_PER_SECOND = 50.0
+SAMPLES_PER_SECOND, POSES_PER_SECOND = 1000.0, 50.0
 
 _NUMBER = {"type": "number"}
 _TIME = {"type": "object", "properties": {"sec": {"type": "integer"}, "nsec": {"type": "integer"}}}
@@ -35,11 +36,13 @@ def export_mcap(result: Result, path: str | Path, *, rate: float = 1000.0) -> Pa
     Args:
         result: The run.
         path: Of the file.
-        rate: Messages per second and signal (Hz); the record has 1000.
+        rate: Messages per second and signal (Hz): 1000, as the record has, over a whole number.
 
     Raises:
-        OutputError: If the package mcap is missing, or the file cannot be written.
+        OutputError: If the package mcap is missing, the rate is another one, or the file cannot
+            be written.
     """
+    every = stride(rate)
     try:
         from mcap.writer import CompressionType, Writer
     except ImportError:
@@ -55,14 +58,30 @@ def export_mcap(result: Result, path: str | Path, *, rate: float = 1000.0) -> Pa
                 "versions": json.dumps(result.versions),
             },
         )
-        _write_signals(writer, result, rate)
-        _write_poses(writer, result)
+        # In the order of time, so that readers need no more than one chunk at a time.
+        messages = heapq.merge(
+            _signals(writer, result, every), _poses(writer, result), key=lambda message: message[0]
+        )
+        for time, channel, text in messages:
+            writer.add_message(channel, time, text.encode(), time)
         writer.finish()
     return Path(path)
 
 
-def _write_signals(writer: "Writer", result: Result, rate: float) -> None:
-    every = max(round(1000.0 / rate), 1)
+def stride(rate: float) -> int:
+    """Return every which sample makes so many messages per second; OutputError if none does."""
+    every = round(SAMPLES_PER_SECOND / rate) if 1e-3 <= rate <= SAMPLES_PER_SECOND else 0
+    if not every or abs(every * rate / SAMPLES_PER_SECOND - 1) > 1e-6:
+        rates = ", ".join(f"{SAMPLES_PER_SECOND / k:.7g}" for k in (1, 2, 3, 4, 5, 8, 10, 20, 100))
+        raise OutputError(f"a rate of {rate:g} Hz is not exact, there are {rates} and so on")
+    return every
+
+
+_Message = tuple[int, int, str]
+"""Time (ns), channel, and JSON."""
+
+
+def _signals(writer: "Writer", result: Result, every: int) -> Iterator[_Message]:
     times = np.round(1e9 * result.times[::every]).astype(int).tolist()
     topics = []
     for name, values in result.signals.items():
@@ -71,22 +90,28 @@ def _write_signals(writer: "Writer", result: Result, rate: float) -> None:
             f"lola.{signal.name}", "jsonschema", json.dumps(message_schema(signal)).encode()
         )
         channel = writer.register_channel(f"/{name}", "json", schema)
-        topics.append((channel, message_template(signal), values[::every].tolist()))
+        topics.append((channel, message_template(signal), _json_rows(values[::every])))
     for i, time in enumerate(times):
         for channel, template, rows in topics:
-            # JSON knows no NaN.
-            message = (template % tuple(rows[i])).replace("nan", "null")
-            writer.add_message(channel, time, message.encode(), time)
+            yield time, channel, template % tuple(rows[i])
+
+
+def _json_rows(values: np.ndarray) -> list[list[object]]:
+    """Return rows of numbers that are written exactly; JSON knows neither NaN nor infinity."""
+    rows = values.tolist()
+    for i, k in np.argwhere(~np.isfinite(values)).tolist():
+        rows[i][k] = "null"
+    return rows
 
 
 def message_template(signal: Signal) -> str:
-    """Return the JSON of a signal's message, with a %-format for each entry."""
+    """Return the JSON of a signal's message, with a %s for each entry."""
     fields = []
     for field in signal.fields:
         if field.entries == ("",):
-            fields.append(f'"{field.name}":%.6g')
+            fields.append(f'"{field.name}":%s')
         else:
-            entries = ",".join(f'"{entry}":%.6g' for entry in field.entries)
+            entries = ",".join(f'"{entry}":%s' for entry in field.entries)
             fields.append(f'"{field.name}":{{{entries}}}')
     return f"{{{','.join(fields)}}}"
 
@@ -105,7 +130,7 @@ def message_schema(signal: Signal) -> dict:
     return {"type": "object", "description": signal.doc, "properties": properties}
 
 
-def _write_poses(writer: "Writer", result: Result) -> None:
+def _poses(writer: "Writer", result: Result) -> Iterator[_Message]:
     vector = {"type": "object", "properties": dict.fromkeys("xyz", _NUMBER)}
     quaternion = {"type": "object", "properties": dict.fromkeys("xyzw", _NUMBER)}
     text = {"type": "string"}
@@ -125,8 +150,7 @@ def _write_poses(writer: "Writer", result: Result) -> None:
     )
     channel = writer.register_channel("/tf", "json", schema)
     for time, transforms in link_poses(result):
-        message = json.dumps({"transforms": transforms}).encode()
-        writer.add_message(channel, time, message, time)
+        yield time, channel, json.dumps({"transforms": transforms})
 
 
 def link_poses(result: Result) -> Iterator[tuple[int, list[dict]]]:
@@ -136,7 +160,7 @@ def link_poses(result: Result) -> Iterator[tuple[int, list[dict]]]:
     plant.Finalize()
     context = plant.CreateDefaultContext()
     links = [plant.get_body(index) for index in plant.GetBodyIndices(instance)]
-    every = max(round(1000.0 / POSES_PER_SECOND), 1)
+    every = max(round(SAMPLES_PER_SECOND / POSES_PER_SECOND), 1)
     torso, joints = (result.signals[name][::every] for name in ("torso_pose", "joint_position"))
     for seconds, pose, q in zip(result.times[::every], torso, joints, strict=True):
         quaternion = RollPitchYaw(pose[3:]).ToQuaternion().wxyz()
@@ -148,8 +172,8 @@ def link_poses(result: Result) -> Iterator[tuple[int, list[dict]]]:
 
 def _transform(plant, context, link, stamp: dict) -> dict:
     pose = plant.EvalBodyPoseInWorld(context, link)
-    w, x, y, z = pose.rotation().ToQuaternion().wxyz().round(6).tolist()
-    position = pose.translation().round(6).tolist()
+    w, x, y, z = pose.rotation().ToQuaternion().wxyz().tolist()
+    position = pose.translation().tolist()
     return {
         "timestamp": stamp,
         "parent_frame_id": "world",

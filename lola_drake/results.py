@@ -3,6 +3,7 @@
 import importlib.metadata
 import json
 import math
+import os
 import platform
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -20,6 +21,9 @@ from lola_drake.metrics import Limits, metrics
 from lola_drake.robot import Kinematics
 from lola_drake.scenario import Scenario, dump_scenario, load_scenario
 from lola_drake.typed_yaml import leaves
+
+OVERHEAD = 500_000
+"""What a record needs on the disk beside its numbers (bytes)."""
 
 MOST_NUMBERS = 500_000_000
 """More than this a signal of the longest run does not have."""
@@ -66,6 +70,11 @@ class Result:
         return f"<Result of {scenario.name} ({scenario.variant}): {self.end}>"
 
     @property
+    def interrupted(self) -> bool:
+        """Return whether its user has ended the run."""
+        return not self.completed and self.fall_time is None and self.error is None
+
+    @property
     def end(self) -> str:
         """Return how the run ended, in a few words."""
         at = f"at {self.duration:.3f} s"
@@ -73,7 +82,7 @@ class Result:
             return f"fell at {self.fall_time:.3f} s"
         if self.error is not None:
             return f"failed {at}: {self.error}"
-        return f"completed {at}" if self.completed else f"interrupted {at}"
+        return f"interrupted {at}" if self.interrupted else f"completed {at}"
 
     def __post_init__(self):
         for name, values in self.signals.items():
@@ -220,11 +229,20 @@ def _read_array(file: h5py.File, name: str, dimensions: int) -> np.ndarray:
     return np.asarray(found[()], dtype=float)
 
 
+def _reserve(path: Path, size: int) -> None:
+    """Fail where a disk has not so much space: in the middle of a file HDF5 dies of that."""
+    if hasattr(os, "posix_fallocate"):
+        with path.open("wb") as file:
+            os.posix_fallocate(file.fileno(), 0, size + OVERHEAD)
+        path.unlink()
+
+
 def _write(result: Result, folder: Path) -> None:
     scenario = dump_scenario(result.scenario)
     summary = json.dumps(result.summary, indent=2, allow_nan=False)
     (folder / SCENARIO).write_text(scenario, encoding="utf-8")
     (folder / SUMMARY).write_text(summary + "\n", encoding="utf-8")
+    _reserve(folder / SIGNALS, sum(values.nbytes for values in result.signals.values()))
     with h5py.File(folder / SIGNALS, "w") as file:
         file.attrs["scenario"] = scenario
         file.attrs["seed"] = result.scenario.seed

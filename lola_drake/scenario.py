@@ -255,9 +255,11 @@ def _find(name_or_path: str | Path) -> Path:
 
 
 def _more(error: ValueError) -> str:
-    """Return where to read more about the key that an error is about."""
-    section = re.match(r"[a-z_.]*", getattr(error, "key", ""))[0].rstrip(".")
-    return f"; see: lola keys {section}" if hasattr(error, "key") else ""
+    """Return where to read more about the section of the key that an error is about."""
+    key = re.match(r"[a-z_.]*", getattr(error, "key", ""))[0].rstrip(".")
+    is_section = isinstance(error, typed_yaml.KeyPathError)
+    section = key if is_section else key.rpartition(".")[0] or key
+    return f"; see: lola keys {section}".rstrip() if hasattr(error, "key") else ""
 
 
 def override(scenario: Scenario, overrides: Overrides) -> Scenario:

@@ -86,5 +86,5 @@ def test_who_falls_does_not_set_the_scale(walk):
     assert "fell at 4.0 s" in figure.axes[0].get_legend().get_texts()[0].get_text()
 
 
-def test_feet_that_never_lift_off_do_not_land(make_result):
+def test_a_foot_that_never_lifts_off_never_lands(make_result):
     assert landings(make_result(steps=0)) == []

@@ -1,8 +1,10 @@
 """How the `lola` command begins."""
 
 import os
+import signal
 import subprocess
 import sys
+import types
 
 import pytest
 
@@ -65,3 +67,37 @@ def test_the_command_ends_as_it_would_without_beginning_again(tmp_path):
     assert run.returncode == 2
     assert run.stderr.startswith("lola: ")
     assert run.stderr.count("\n") == 1
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize("becomes", [None, ImportError("numpy is broken"), SystemError("none")])
+def test_a_stop_in_the_middle_of_an_import_is_one_line(monkeypatch, capsys, number, becomes):
+    def app(prog_name):
+        try:
+            os.kill(os.getpid(), number)
+        except KeyboardInterrupt:
+            if becomes is None:
+                raise
+        raise becomes
+
+    before = {one: signal.getsignal(one) for one in (signal.SIGINT, signal.SIGTERM)}
+    monkeypatch.setenv("GLIBC_TUNABLES", "mine")
+    monkeypatch.setitem(sys.modules, "lola_drake.cli.app", types.SimpleNamespace(app=app))
+    try:
+        with pytest.raises(SystemExit) as end:
+            lola.main()
+    finally:
+        for one, handler in before.items():
+            signal.signal(one, handler)
+    assert end.value.code == 130
+    assert capsys.readouterr().err == "lola: stopped\n"
+
+
+def test_an_error_of_its_own_is_not_hidden(monkeypatch):
+    def app(prog_name):
+        raise ZeroDivisionError
+
+    monkeypatch.setenv("GLIBC_TUNABLES", "mine")
+    monkeypatch.setitem(sys.modules, "lola_drake.cli.app", types.SimpleNamespace(app=app))
+    with pytest.raises(ZeroDivisionError):
+        lola.main()

@@ -18,6 +18,8 @@ def run(make_result):
     result.signals["joint_position"][:, 5] = -0.25
     result.signals["torso_pose"][:, 2] = 1.1
     result.signals["com_position"][10, 0] = np.nan
+    result.signals["com_position"][20, 0] = np.inf
+    result.signals["com_position"][30, 0] = 100.123456789012345
     return result
 
 
@@ -51,7 +53,25 @@ def test_values_keep_their_names(content):
 
 def test_what_is_not_a_number_is_null(content):
     _, com = content[0]["/com_position"]
-    assert com[1][1]["p"] == {"x": None, "y": 0, "z": 0}
+    assert com[1][1]["p"] == com[2][1]["p"] == {"x": None, "y": 0, "z": 0}
+
+
+def test_numbers_are_exact(run, content):
+    _, com = content[0]["/com_position"]
+    assert com[3][1]["p"]["x"] == run.signals["com_position"][30, 0] == 100.123456789012345
+
+
+def test_messages_are_written_in_the_order_of_time(run, tmp_path):
+    with export_mcap(run, tmp_path / "run.mcap", rate=1000 / 3).open("rb") as stream:
+        times = [m.log_time for *_, m in make_reader(stream).iter_messages(log_time_order=False)]
+    assert times == sorted(times)
+
+
+@pytest.mark.parametrize("rate", [400, 999, 1001, 0, -1, 1e-300, float("nan"), float("inf")])
+def test_a_rate_that_is_not_exact_is_refused(run, tmp_path, rate):
+    with pytest.raises(OutputError, match="there are 1000, 500, 333.3333"):
+        export_mcap(run, tmp_path / "run.mcap", rate=rate)
+    assert not list(tmp_path.iterdir())
 
 
 @pytest.mark.parametrize("signal", LOGGED.values(), ids=lambda signal: signal.name)

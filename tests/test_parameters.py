@@ -88,3 +88,16 @@ def test_a_number_is_taken_exactly_or_refused(value):
         assert Params(gain=value).gain == value and allowed
     except ParameterError:
         assert not allowed
+
+
+@pytest.mark.parametrize("bounds", [{}, {"minimum": 0}, {"maximum": 1}, {"above": 0}])
+def test_a_number_without_a_bound_on_both_sides_cannot_be_declared(bounds):
+    with pytest.raises(TypeError, match="parameter 'a gain': a number needs maximum= and one of"):
+        parameter(0.5, "a gain", "1/s", **bounds)
+
+
+@pytest.mark.parametrize("text", ["a\nb", "\x1b[2J", "\ud800", "\u202e", " a", "a ", "x" * 61])
+def test_a_text_is_plain_and_short(text):
+    with pytest.raises(ParameterError, match="plain text of at most 60 characters"):
+        Params(text=text)
+    assert Params(text="Straße, 100 % φ").text == "Straße, 100 % φ"

@@ -129,3 +129,16 @@ def test_set_at_sets_only_what_exists(path, message):
 def test_leaves_are_flat():
     data = {"a": {"b": 1, "c": {"d": [2]}}, "e": 3}
     assert typed_yaml.leaves(data) == {"a.b": 1, "a.c.d": [2], "e": 3}
+
+
+@pytest.mark.parametrize(
+    "text",
+    ["1:30", "010", "0x1F", "1_000", "yes", "no", "on", "2017-06-01", "1e5", "null", "~", ""],
+)
+def test_a_text_that_looks_like_something_else_is_read_back(text):
+    assert typed_yaml.parse(typed_yaml.dump(Whole(name=text)))["name"] == text
+
+
+@pytest.mark.parametrize("text", ["1:30", "010", "0x1F", "1_000", "yes", "on", "2017-06-01"])
+def test_what_yaml_1_1_reads_as_something_else_is_text(text):
+    assert typed_yaml.parse(text) == text

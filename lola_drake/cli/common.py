@@ -41,14 +41,12 @@ Blocks = Annotated[
 ]
 
 Host = Annotated[
-    str, typer.Option(help="Where a browser may be; * lets everybody in who reaches this machine.")
+    str,
+    typer.Option(
+        help="Where a browser may be: private (on this machine, at an address that no other page "
+        "knows), localhost, or * to let everybody watch and steer who reaches this machine."
+    ),
 ]
-
-
-def fail(message: str) -> None:
-    """Say on stderr, in one line, what is wrong."""
-    typer.echo(f"lola: {message}", err=True)
-
 
 Seed = Annotated[int | None, typer.Option(help="Seed of all random numbers.")]
 
@@ -70,6 +68,11 @@ def _own_laws(blocks: Sequence[str]) -> list[str]:
     pairs = (text.partition("=") for text in blocks)
     laws = (f"{{name: {json.dumps(name)}, law: {json.dumps(law)}}}" for name, _, law in pairs)
     return [f"blocks=[{', '.join(laws)}]"]
+
+
+def fail(message: str) -> None:
+    """Say on stderr, in one line, what is wrong."""
+    typer.echo(f"lola: {message}", err=True)
 
 
 @contextmanager
@@ -108,7 +111,7 @@ def exit_for(results: "Sequence[Result]", folder: Path) -> None:
             fail(f"{told}; what was recorded is kept in {folder}")
     if any(result.error is not None for result in results):
         raise typer.Exit(FAILED)
-    if any(not result.completed and result.fall_time is None for result in results):
+    if any(result.interrupted for result in results):
         raise typer.Exit(INTERRUPTED)
 
 

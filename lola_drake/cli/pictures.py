@@ -118,7 +118,7 @@ def walk(
         str, typer.Argument(help="Where to walk: a scenario without steps of its own.")
     ] = "stand",
     changes: Changes = None,
-    host: Host = "localhost",
+    host: Host = "private",
 ) -> None:
     """Steer the robot in a browser: by sliders, keys or gamepad; nothing is recorded."""
     from lola_drake.scenario import load_scenario

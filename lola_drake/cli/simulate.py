@@ -58,7 +58,7 @@ def simulate(
     meshcat: Annotated[
         bool, typer.Option("--meshcat", help="Watch it in a browser, and take part.")
     ] = False,
-    host: Host = "localhost",
+    host: Host = "private",
     as_json: Json = False,
     quiet: Annotated[bool, typer.Option("--quiet", help="Show no progress, no table.")] = False,
 ) -> None:

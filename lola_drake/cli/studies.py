@@ -76,6 +76,7 @@ def compare(
             results = run(chosen, names, jobs)
         with interruption():
             write_runs(results, folder, force=force)
+        exit_for(results, folder)
         if len(results) < len(names):
             raise ResultError(f"not all variants ran; what was recorded is kept in {folder}")
         with drawn(folder):
@@ -89,7 +90,6 @@ def compare(
     else:
         show(comparison_table(comparison(results)))
         print(f"written to {folder}")
-    exit_for(results, folder)
 
 
 @app.command()

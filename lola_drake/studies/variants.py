@@ -47,6 +47,8 @@ def compare(
         for i, result in each_done(_simulated, chosen, jobs):
             if isinstance(result, Result):
                 results[i] = result
+                if result.interrupted and jobs == 1:
+                    break
     except KeyboardInterrupt:
         if not results:
             raise

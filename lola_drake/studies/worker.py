@@ -11,30 +11,23 @@ import signal
 import sys
 import threading
 
+from lola_drake.interruption import ASKED, SIGNALS
+
 
 def main() -> None:
     """Serve until stdin ends."""
     answers = os.fdopen(os.dup(1), "wb")
     os.dup2(2, 1)  # what libraries print is no answer
-    working = False
-
-    def stop(*_) -> None:
-        # Once it is on its way a run attends to this by itself; between two there is none.
-        if working:
-            raise KeyboardInterrupt
-
-    for number in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(number, stop)
+    for number in SIGNALS:
+        # The next run, which may still be on its way, is to end at once; so are all after it.
+        signal.signal(number, lambda *_: ASKED.set())
     orders: queue.SimpleQueue = queue.SimpleQueue()
     threading.Thread(target=_listen, args=(orders,), daemon=True).start()
     while True:
         function, item = orders.get()
         try:
-            working = True
             answer = True, function(item)
-            working = False
-        except (Exception, KeyboardInterrupt) as error:
-            working = False
+        except Exception as error:
             answer = False, error
         pickle.dump(answer, answers)
         answers.flush()

@@ -3,6 +3,7 @@
 The processes end with the one that started them, however it ends.
 """
 
+import os
 import pickle
 import queue
 import subprocess
@@ -15,7 +16,7 @@ from lola_drake.errors import LolaError
 
 Item, Answer = TypeVar("Item"), TypeVar("Answer")
 
-PATIENCE = 20.0
+PATIENCE = 60.0
 """How long runs that are asked to end may take for it (s)."""
 
 
@@ -28,7 +29,10 @@ class _Worker:
 
     def __init__(self):
         command = [sys.executable, "-m", "lola_drake.studies.worker"]
-        self._process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE)
+        # It finds what this process finds, wherever that has been looked for.
+        environment = os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
+        pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE}
+        self._process = subprocess.Popen(command, env=environment, **pipes)
 
     def __call__(self, function: Callable[[Item], Answer], item: Item) -> Answer:
         """Return the function's answer, or raise its error."""
@@ -102,7 +106,7 @@ class _Pool:
                 if not self._stopped:
                     self._workers[k] = _Worker()
                 self._done.put((i, lost, None))
-            except BaseException as error:
+            except Exception as error:
                 self._done.put((i, None, error))
 
     def _next(self) -> tuple[int, object] | None:

@@ -64,35 +64,49 @@ class Controls:
         self._clicks: dict[str, int] = {}
         self._add_button(PAUSE, "KeyP")
         self._add_button(STOP, "Escape")
-        meshcat.AddSlider(RATE, 0.0, 2.0, 0.05, 1.0)
+        self._values: dict[str, tuple[float, float, float]] = {}
+        self._add_slider(RATE, 0.0, 2.0, 0.05, 1.0)
         if steering:
             for part in STEERING:
-                meshcat.AddSlider(
-                    *(part.label, -part.limit, part.limit, part.step, 0.0, part.less, part.more)
-                )
+                ends = -part.limit, part.limit
+                self._add_slider(part.label, *ends, part.step, 0.0, part.less, part.more)
             self._add_button(STAND, "KeyX")
         if pushes:
             for name, (key, _) in PUSHES.items():
                 self._add_button(name, key)
-            meshcat.AddSlider(IMPULSE, 1.0, 30.0, 1.0, 8.0)
+            self._add_slider(IMPULSE, 1.0, 30.0, 1.0, 8.0)
         self._gains: dict[str, float] = {}
 
     def _add_button(self, name: str, key: str) -> None:
         self._meshcat.AddButton(name, key)
         self._clicks[name] = 0
 
+    def _add_slider(self, label: str, low: float, high: float, *more) -> float:
+        """Add a slider with step, value and keys; return its value, which it rounds."""
+        value = self._meshcat.AddSlider(label, low, high, *more)
+        self._values[label] = low, high, value
+        return value
+
+    def _value(self, label: str) -> float:
+        """Return a slider's value; what a page sends need be no number within its ends."""
+        low, high, last = self._values[label]
+        sent = self._meshcat.GetSliderValue(label)
+        value = min(max(sent, low), high) if np.isfinite(sent) else last
+        self._values[label] = low, high, value
+        return value
+
     def show_gains(self, run: Run) -> None:
         """Add a slider for every gain, at its value in the run."""
         for gain in run.gains():
             slider = (_label(gain), *gain.field.metadata["slider"], run.gain(gain))
             # The slider rounds: only what a user moves away from here counts.
-            self._gains[_label(gain)] = self._meshcat.AddSlider(*slider)
+            self._gains[_label(gain)] = self._add_slider(*slider)
 
     def apply_gains(self, run: Run) -> bool:
         """Give the run the gains whose sliders have been moved; return whether any has."""
         moved = False
         for gain in run.gains():
-            value = self._meshcat.GetSliderValue(_label(gain))
+            value = self._value(_label(gain))
             if value != self._gains[_label(gain)]:
                 run.set_gain(gain, value)
                 self._gains[_label(gain)], moved = value, True
@@ -107,12 +121,12 @@ class Controls:
     @property
     def rate(self) -> float:
         """Return the wanted real-time rate; 0 means as fast as possible."""
-        return self._meshcat.GetSliderValue(RATE)
+        return self._value(RATE)
 
     def pushes(self) -> list[np.ndarray]:
         """Return the pushes asked for: forward and left (Ns)."""
         asked = [way for name, (_, way) in PUSHES.items() if self.clicked(name)]
-        return [self._meshcat.GetSliderValue(IMPULSE) * np.array(way) for way in asked]
+        return [self._value(IMPULSE) * np.array(way) for way in asked]
 
     def command(self) -> np.ndarray:
         """Return the walk command, from the gamepad if one is in use, or from the sliders."""
@@ -120,9 +134,10 @@ class Controls:
             for part in STEERING:
                 self._meshcat.SetSliderValue(part.label, 0.0)
         pad = self._meshcat.GetGamepad()
-        if pad.index is not None and np.abs(pad.axes).max(initial=0.0) > DEAD:
-            return gamepad_command(pad.axes)
-        return np.array([self._meshcat.GetSliderValue(part.label) for part in STEERING])
+        axes = np.clip(np.nan_to_num(pad.axes), -1.0, 1.0).tolist()
+        if pad.index is not None and np.abs(axes).max(initial=0.0) > DEAD:
+            return gamepad_command(axes)
+        return np.array([self._value(part.label) for part in STEERING])
 
 
 def _label(gain: Gain) -> str:

@@ -12,11 +12,12 @@ from pydrake.multibody.math import SpatialForce
 from pydrake.multibody.plant import ExternallyAppliedSpatialForce
 
 from lola_drake.blocks.walking_pattern import unpack_request
+from lola_drake.errors import OutputError
 from lola_drake.figures.footprints import to_world
 from lola_drake.plant import plant_truth
 from lola_drake.results import Result
 from lola_drake.run import Run
-from lola_drake.scenario import Scenario
+from lola_drake.scenario import DESCRIPTION, Scenario
 from lola_drake.signals import FEET
 from lola_drake.simulation import simulate
 from lola_drake.theory.gait import advance, foothold
@@ -30,6 +31,9 @@ CHUNK = 0.03
 
 KEPT = 5000
 """Samples of the log to keep when nothing is recorded."""
+
+LONGEST = 3600.0
+"""After which time a walk begins again (s)."""
 
 PUSH_TIME, PUSH_HEIGHT = 0.12, 0.25
 """How long a push lasts (s), and how far above the torso's origin it acts (m)."""
@@ -83,8 +87,10 @@ class LiveView:
         """Return the record of the run; what cannot be repeated says so."""
         if not self.interfered:
             return result
-        description = f"{result.scenario.description} (Changed by hand while it ran.)"
-        scenario = dataclasses.replace(result.scenario, description=description.strip())
+        note = "(Changed by hand while it ran.)"
+        before = result.scenario.description[: DESCRIPTION - len(note) - 1]
+        description = f"{before} {note}".strip()
+        scenario = dataclasses.replace(result.scenario, description=description)
         return dataclasses.replace(result, scenario=scenario)
 
     def restart(self) -> None:
@@ -131,7 +137,7 @@ class LiveView:
 
 def walk_live(scenario: Scenario, view: LiveView) -> None:
     """Let a user steer the robot until they stop it; after a fall it begins again."""
-    endless = dataclasses.replace(scenario, duration=1e6)
+    endless = dataclasses.replace(scenario, duration=LONGEST)
 
     def attend(run: Run) -> float | None:
         step = view(run)
@@ -139,10 +145,13 @@ def walk_live(scenario: Scenario, view: LiveView) -> None:
             run.forget(KEPT)
         return step
 
-    fell = True
-    while fell:
+    again = True
+    while again:
         view.restart()
-        fell = simulate(endless, attend=attend).fall_time is not None
+        result = simulate(endless, attend=attend)
+        if result.error is not None:
+            raise OutputError(f"the walk {result.end}")
+        again = result.completed or result.fall_time is not None
 
 
 class _Clock:

@@ -1,6 +1,8 @@
 """The robot and its ground in Meshcat, and what can be seen of them."""
 
 import logging
+import secrets
+import sys
 from collections.abc import Callable
 
 import numpy as np
@@ -36,13 +38,30 @@ CAMERA, TARGET = (1.05, -1.35, 1.25), (0.0, 0.0, 1.02)
 """Where the camera stands and what it looks at, with the robot at x = y = 0 (m)."""
 
 
+PRIVATE = "private"
+"""The host of a page that nobody can find who is not told its address."""
+
+
+def address(host: str) -> str:
+    """Return the address of a host; a private one is drawn among the 16 million of this machine.
+
+    Meshcat takes orders from any page that finds it, also of a stranger's that is open in the same
+    browser. Only Linux has these addresses.
+    """
+    if host != PRIVATE:
+        return host
+    if sys.platform != "linux":
+        return "localhost"
+    return "127." + ".".join(str(1 + secrets.randbelow(254)) for _ in range(3))
+
+
 def open_meshcat(*, host: str = "localhost", live: bool = False) -> Meshcat:
     """Return a Meshcat server with a floor; one that is not live is for making a page.
 
     Nobody outside this machine can reach it unless `host` says so.
     """
     # A page needs no well-known port: 0 lets the system choose a free one.
-    params = MeshcatParams(host=host, port=None if live else 0, show_stats_plot=live)
+    params = MeshcatParams(host=address(host), port=None if live else 0, show_stats_plot=live)
     try:
         meshcat = Meshcat(params)
     except RuntimeError:

@@ -10,6 +10,7 @@ from lola_drake.results import ResultError
 from lola_drake.scenario import Scenario
 from lola_drake.studies import study as study_module
 from lola_drake.studies.study import Study, run_key
+from lola_drake.studies.workers import WorkerLost
 
 
 @pytest.fixture
@@ -96,3 +97,16 @@ def test_a_file_that_cannot_be_used_is_said(tmp_path):
     with pytest.raises(ResultError, match="not a study"):
         Study(other)
     assert other.read_text() == "something else\n"
+
+
+def test_a_killed_process_costs_its_own_run_alone(tmp_path, simulated, monkeypatch):
+    def each_done(function, items, jobs):
+        for i, scenario in enumerate(items):
+            yield i, WorkerLost("killed") if scenario.seed == 2 else function(scenario)
+
+    monkeypatch.setattr(study_module, "each_done", each_done)
+    file = tmp_path / "runs.jsonl"
+    with pytest.raises(ResultError, match=r"1 runs were lost.*2 are kept in .*, start again"):
+        Study(file).run(scenarios(1, 2, 3))
+    monkeypatch.undo()
+    assert len(file.read_text().splitlines()) == 2

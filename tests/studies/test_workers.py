@@ -42,6 +42,7 @@ def until_asked(x):
 @pytest.fixture(autouse=True)
 def found_by_workers(monkeypatch):
     """Let workers import this module."""
+    monkeypatch.syspath_prepend(os.path.dirname(__file__))
     monkeypatch.setenv("PYTHONPATH", os.pathsep.join([os.path.dirname(__file__), *sys.path]))
     monkeypatch.setitem(sys.modules, "test_workers", sys.modules[__name__])
     for function in (squared, killed_at_two, refused, until_asked):

@@ -1,16 +1,21 @@
 """Taking part in a running simulation: gains, steering, pushes."""
 
+import socket
+import types
+from urllib.parse import urlsplit
+
 import numpy as np
 import pytest
 
 from lola_drake.blocks.hybrid_force_control import HybridForceControl
 from lola_drake.blocks.walking_pattern import pack_request, standing_request
+from lola_drake.errors import OutputError
 from lola_drake.scenario import load_scenario, override
 from lola_drake.simulation import ENGINES, simulate, start
 from lola_drake.view3d.controls import PUSHES, STEERING, Controls, gamepad_command
 from lola_drake.view3d.frames import frames_of
 from lola_drake.view3d.live import LiveView, next_footsteps, push, signals_now
-from lola_drake.view3d.scene import open_meshcat
+from lola_drake.view3d.scene import PRIVATE, address, open_meshcat
 
 
 @pytest.fixture(scope="module")
@@ -198,3 +203,57 @@ def test_who_attends_decides_how_far_it_goes(stand):
 
 def test_only_this_machine_may_look(meshcat):
     assert meshcat.web_url().startswith("http://localhost:")
+
+
+def test_a_private_page_is_found_by_nobody_who_is_not_told():
+    page = open_meshcat(host=PRIVATE, live=True)
+    place = urlsplit(page.web_url())
+    assert place.hostname.startswith("127.") and place.hostname != address(PRIVATE)
+    socket.create_connection((place.hostname, place.port)).close()
+    # A page of another origin can guess that it is on this machine, and the port.
+    with pytest.raises(ConnectionRefusedError):
+        socket.create_connection(("127.0.0.1", place.port))
+
+
+def test_a_host_that_is_not_here_is_one_line():
+    with pytest.raises(OutputError, match="no page can be shown at '8.8.8.8'"):
+        open_meshcat(host="8.8.8.8", live=True)
+
+
+@pytest.mark.parametrize("sent", [1e300, -1e300, np.nan, np.inf])
+def test_what_a_page_sends_stays_within_the_sliders(run, sent):
+    page = Sent()
+    panel = Controls(page, steering=True)
+    panel.show_gains(run)
+    page.sent = sent
+    panel.apply_gains(run)
+    for gain in run.gains():
+        low, high, _ = gain.field.metadata["slider"]
+        assert low <= run.gain(gain) <= high
+    assert 0.0 <= panel.rate <= 2.0
+    limits = [part.limit for part in STEERING]
+    assert (np.abs(panel.command()) <= limits).all()
+    page.pad.index, page.pad.axes = 0, [sent, sent, sent]
+    assert (np.abs(panel.command()) <= limits).all()
+
+
+class Sent:
+    """A Meshcat whose page sends the same to every slider."""
+
+    def __init__(self):
+        self.sent, self.pad = 0.5, types.SimpleNamespace(index=None, axes=[])
+
+    def __getattr__(self, name):
+        return lambda *_: None
+
+    def AddSlider(self, label, low, high, step, value, *_):
+        return value
+
+    def GetSliderValue(self, label):
+        return self.sent
+
+    def GetButtonClicks(self, name):
+        return 0
+
+    def GetGamepad(self):
+        return self.pad
