@@ -12,6 +12,7 @@ _HOME = {
     "linearize": "linear.linearize",
     "load_result": "results",
     "load_scenario": "scenario",
+    "margins": "linear.margins",
     "open_loop": "linear.open_loop",
     "Result": "results",
     "save_diagram": "diagram.block_diagram",

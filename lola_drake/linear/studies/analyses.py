@@ -6,7 +6,7 @@ import control
 import numpy as np
 
 from lola_drake.linear.linearize import state_space
-from lola_drake.linear.margins import Margins, MatrixMargins, loop_margins, matrix_margins
+from lola_drake.linear.margins import Margins, MatrixMargins, margins
 from lola_drake.linear.open_loop import negated
 from lola_drake.linear.poles import Pole, poles
 from lola_drake.linear.studies.named_analyses import NamedAnalysis, named_analysis
@@ -32,7 +32,7 @@ class Loop:
 
     signal: str
     transfer: control.StateSpace
-    margins: list[Margins]
+    margins: tuple[Margins, ...]
     together: MatrixMargins | None
 
 
@@ -125,8 +125,8 @@ def open_at(workpoint: Workpoint, signal: str) -> Loop:
     """Return the loop of a workpoint opened at a signal."""
     at = workpoint.select([signal])
     transfer = negated(state_space(workpoint.blocks, at, at, at, minimal=True))
-    together = matrix_margins(transfer) if transfer.ninputs > 1 else None
-    return Loop(signal, transfer, loop_margins(transfer), together)
+    found = margins(transfer)
+    return Loop(signal, transfer, found.each, found.together if len(found.each) > 1 else None)
 
 
 def root_locus(workpoint: Workpoint, how: NamedAnalysis) -> Locus:

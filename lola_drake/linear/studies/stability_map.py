@@ -245,7 +245,7 @@ def _disk_margin(workpoint: Workpoint, torso: FlexibleTorso | None) -> float:
         workpoint.blocks.period,
         remove_useless_states=False,
     )
-    found = matrix_margins(loop, 200)
+    found = matrix_margins(loop, 20)
     return found.disk if found.stable else 0.0
 
 
