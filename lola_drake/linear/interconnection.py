@@ -78,6 +78,11 @@ class LinearBlocks:
         """Return the drift, relative to what is a lot for each state."""
         return self.drift / self.coordinates.scales
 
+    @property
+    def kinks(self) -> tuple[str, ...]:
+        """Return the states and inputs at which the two sides have different slopes."""
+        return tuple(kink for jacobian in self.jacobians for kink in jacobian.kinks)
+
     def check_equilibrium(self, allowed: float) -> None:
         """Raise AnalysisError if a state moves in this tick by more than a part of its scale."""
         relative = np.abs(self.relative_drift)

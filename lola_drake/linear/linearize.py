@@ -34,7 +34,8 @@ class OperatingPoint:
         residual: the largest drift, relative to 100 N, 100 Nm, and 1 of everything else.
         held: blocks that were held.
         cut: states that were cut because nothing observes or excites them.
-        methods: how each block was differentiated.
+        kinks: states and inputs of blocks at which the two sides have different slopes; the model
+            has the mean of both.
     """
 
     time: float
@@ -42,7 +43,7 @@ class OperatingPoint:
     residual: float
     held: tuple[str, ...]
     cut: tuple[str, ...]
-    methods: dict[str, str]
+    kinks: tuple[str, ...]
 
 
 def linearize(
@@ -55,7 +56,7 @@ def linearize(
     hold: Iterable[str] = (),
     minimal: bool = False,
     equilibrium: float | None = None,
-    autodiff: bool = True,
+    kinks: bool = False,
 ) -> control.StateSpace:
     """Return the linear model of a diagram or block at an operating point.
 
@@ -75,19 +76,26 @@ def linearize(
             result's `operating_point.cut` says which.
         equilibrium: the largest drift of a state in one tick that is let pass, relative to 100 N,
             100 Nm, and 1 of everything else in SI units; None for any, as on a walk.
-        autodiff: whether AutoDiff may be used where it is valid; False for differences alone.
+
+        kinks: whether to take the mean slope where the two sides have different ones.
 
     Returns:
         A discrete-time StateSpace with an attribute `operating_point`, an `OperatingPoint`.
 
     Raises:
-        AnalysisError: if a signal is unknown, a block cannot be linearised, the context is of
-            another diagram, or the operating point is not the equilibrium it should be.
+        AnalysisError: if a signal or a block to hold is unknown, a block cannot be linearised (see
+            `soundness`) or has a kink or a quantiser here, the context is of another diagram, or
+            the operating point is not the equilibrium it should be.
     """
     wiring = Wiring(system)
     added, cut_open = (_selections(wiring, names) for names in (inputs, opened))
     read = [s for name in _names(outputs) if (s := _signal_or_none(wiring, name))]
-    blocks = linear_blocks(system, at, added, [*read, *cut_open], hold=hold, autodiff=autodiff)
+    blocks = linear_blocks(system, at, added, [*read, *cut_open], hold=hold)
+    if blocks.kinks and not kinks:
+        raise AnalysisError(
+            f"no linear model here: {blocks.kinks[0]} is at a kink or quantised; "
+            "kinks=True lets it pass"
+        )
     if equilibrium is not None:
         blocks.check_equilibrium(equilibrium)
     shown = [blocks.select(name) for name in _names(outputs)]
@@ -124,7 +132,7 @@ def state_space(
         residual=float(np.abs(blocks.relative_drift).max(initial=0.0)),
         held=blocks.held,
         cut=tuple(names[~kept]),
-        methods={path: j.method for j in blocks.jacobians for path in j.group},
+        kinks=blocks.kinks,
     )
     return model
 

@@ -174,7 +174,25 @@ class Wiring:
             if source.is_input:
                 port = self.port(source).get_name()
                 add(source, port, source.block, source.block.split(".")[-1])
+        # A port of the whole goes before those inside that are called the same.
+        own = self._own_ports()
+        names |= {port: {source for name, source in own if name == port} for port, _ in own}
         return names
+
+    def _own_ports(self) -> list[tuple[str, Source]]:
+        """Return the names of the whole system's ports, and their sources."""
+        system = self.system
+        if not isinstance(system, Diagram):
+            return []
+        inputs = range(system.num_input_ports())
+        outputs = range(system.num_output_ports())
+        return [
+            *((system.get_input_port(i).get_name(), Source("", i, is_input=True)) for i in inputs),
+            *(
+                (system.get_output_port(o).get_name(), self._output_behind(system, o))
+                for o in outputs
+            ),
+        ]
 
 
 def _leaves(system: System, path: str) -> Iterator[tuple[str, System]]:
