@@ -15,8 +15,11 @@ from lola_drake.linear.studies.text_table import Table
 from lola_drake.linear.studies.workpoint import Workpoint, make_workpoint
 from lola_drake.scenario import Scenario
 
-SHOWN_STEP = 0.5
-"""Length of a step response (s)."""
+SHOWN_STEP, LONGEST_STEP = 0.5, 5.0
+"""Length of a step response (s): that of one which does not settle, and in which it must."""
+
+SETTLED = 0.02
+"""What is left of a step response when it has settled, relative to its largest value."""
 
 
 @dataclass(frozen=True)
@@ -148,6 +151,23 @@ def step_response(
         rows.append(model.C @ x + model.D[:, k] * height)
         x = model.A @ x + model.B[:, k] * height
     return model.dt * np.arange(count), np.array(rows)
+
+
+def settled_step(
+    model: control.StateSpace, k: int, height: float
+) -> tuple[np.ndarray, np.ndarray, bool]:
+    """Return a step response until output k has settled, and whether it has.
+
+    It has when it stays within `SETTLED` of its largest motion around where it ends.
+    """
+    times, outputs = step_response(model, k, height, LONGEST_STEP)
+    away = np.abs(outputs[:, k] - outputs[-1, k])
+    moving = np.flatnonzero(away > SETTLED * np.abs(outputs[:, k]).max())
+    last = moving[-1] if moving.size else 0
+    # What moves to within the last fifth ends nowhere.
+    settled = last < 0.8 * len(times)
+    count = max(round(1.3 * last), 50) if settled else round(SHOWN_STEP / model.dt)
+    return times[:count], outputs[:count], bool(settled)
 
 
 def value_of(scenario: Scenario, key: str) -> float:
