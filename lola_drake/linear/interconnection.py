@@ -26,6 +26,11 @@ class StateSelection:
     index: int
     labels: tuple[str, ...]
 
+    @property
+    def labels_with_units(self) -> list[str]:
+        """Return the labels; no unit of a state is known."""
+        return list(self.labels)
+
 
 @dataclass(frozen=True)
 class Matrices:

@@ -62,7 +62,8 @@ def linearize(
 
     Signals are named `[block.]signal[.field[.entry]]`, for instance `measured_wrench`,
     `measured_wrench_l`, `desired_wrench.wrench_l.F_z` or `plant.net_actuation.tkfl`; a name without
-    an entry means all of them. A label of the result is such a name with slashes for the points.
+    an entry means all of them. A label of the result is such a name with slashes for the points,
+    and its unit in brackets where one is known.
 
     Args:
         system: a Diagram of discrete blocks with one period, or one such block.
@@ -121,8 +122,8 @@ def state_space(
         matrices.C[:, kept],
         matrices.D,
         blocks.period or True,
-        inputs=[label for selection in inputs for label in selection.labels],
-        outputs=[label for selection in outputs for label in selection.labels],
+        inputs=[label for selection in inputs for label in selection.labels_with_units],
+        outputs=[label for selection in outputs for label in selection.labels_with_units],
         states=list(names[kept]),
         remove_useless_states=False,
     )
