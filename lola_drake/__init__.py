@@ -9,11 +9,13 @@ from typing import Any
 
 _HOME = {
     "build_simulation": "simulation",
+    "frequency_data": "linear.frequency",
     "linearize": "linear.linearize",
     "load_result": "results",
     "load_scenario": "scenario",
     "margins": "linear.margins",
     "open_loop": "linear.open_loop",
+    "poles": "linear.poles",
     "Result": "results",
     "save_diagram": "diagram.block_diagram",
     "Scenario": "scenario",

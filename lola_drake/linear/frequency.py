@@ -78,6 +78,8 @@ def frequency_data(loop: control.StateSpace) -> control.FrequencyResponseData:
         2 * np.pi * response.frequencies,
         dt=loop.dt,
         smooth=True,
+        name=loop.name,
+        sysname=loop.name,
         inputs=loop.input_labels,
         outputs=loop.output_labels,
     )
@@ -102,7 +104,9 @@ def frequency_grid(loop: control.StateSpace, per_decade: int = PER_DECADE) -> np
     offsets = width * (_AROUND * (reach / width) ** _AROUND)
     around = (light.imag[:, None] + np.hstack([offsets, -offsets[:, 1:]])).ravel() / (2 * np.pi)
     around = around[(around > lowest) & (around < nyquist)]
-    return np.unique(np.concatenate([even, turning[turning > lowest], around]))
+    grid = np.unique(np.concatenate([even, turning[turning > lowest], around]))
+    # The same pole, open and closed: what interpolates must not divide by rounding.
+    return grid[np.diff(grid, append=np.inf) > 1e-9 * grid]
 
 
 def _corners(loop: control.StateSpace) -> np.ndarray:

@@ -266,3 +266,39 @@ def test_an_operating_point_that_is_not_in_equilibrium_is_one_clear_error():
 def test_a_signal_that_is_unknown_or_still_is_one_clear_error(standing, inputs, outputs, message):
     with pytest.raises(AnalysisError, match=message):
         lola.linearize(standing.diagram, inputs, outputs, standing.context)
+
+
+def test_a_minimal_model_is_python_controls_and_the_transfer_function():
+    """A filter beside the path, and one that nothing reads; what is left is the textbook's."""
+    diagram = chain(Filter(0.1), Filter(0.2), Filter(0.3))
+    whole = lola.linearize(diagram, "u", "block1.y", fixed_context(diagram))
+    model = lola.linearize(diagram, "u", "block1.y", fixed_context(diagram), minimal=True)
+    z = np.exp(1j * np.linspace(0.01, 3.1, 20))
+    textbook = 0.1 / (z - 0.9) * 0.2 / (z - 0.8)
+    theirs = control.minreal(control.tf(whole), verbose=False)
+    assert (whole.nstates, model.nstates, len(theirs.poles())) == (3, 2, 2)
+    np.testing.assert_allclose(model(z), textbook, rtol=1e-8)
+    np.testing.assert_allclose(theirs(z), textbook, rtol=1e-5)
+
+
+def test_labels_have_units_and_are_names(standing):
+    names = ("desired_wrench.wrench_l.F_z", "torso_orientation.phi.x")
+    model = lola.linearize(standing.diagram, names[0], names[1], standing.context, minimal=True)
+    assert model.input_labels == ["desired_wrench/wrench_l/F_z (N)"]
+    assert model.output_labels == ["torso_orientation/phi/x (rad)"]
+    again = lola.linearize(
+        standing.diagram, model.input_labels, model.output_labels, standing.context, minimal=True
+    )
+    np.testing.assert_array_equal(again.B, model.B)
+
+
+def test_a_drift_counts_relative_to_what_is_a_lot(standing):
+    """5 N are a twentieth of a lot, 5 rad would be fifty times more than a lot."""
+    context = standing.context.Clone()
+    sensor = standing.diagram.GetSubsystemByName("foot_force_sensor")
+    own = own_context(sensor, context)
+    set_discrete_state(own, discrete_state(own) + 5.0)
+    blocks = linear_blocks(standing.diagram, context, [], [])
+    at = [i for i, n in enumerate(blocks.state_names) if n.startswith("foot_force_sensor/F_l")]
+    np.testing.assert_allclose(blocks.relative_drift[at], blocks.drift[at] / 100.0)
+    assert np.abs(blocks.drift[at]).min() > 0.01
