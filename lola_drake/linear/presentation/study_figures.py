@@ -121,7 +121,7 @@ def multipliers_figure(maps: dict[str, StrideMap]) -> Figure:
             plane.plot(
                 np.angle(values), radius, marker, color=colour, mfc="none", ms=5, label=label
             )
-        named = [m for m in found if m.kind == MOTION][:LARGEST]
+        named = [m for m in found if m.kind == MOTION and abs(m.value) > SMALLEST][:LARGEST]
         rows = -np.arange(len(named)) - 0.36 * k
         bars.barh(rows, [abs(m.value) for m in named], 0.34, color=colour, label=name)
         for row, m in zip(rows, named, strict=True):
