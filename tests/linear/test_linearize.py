@@ -268,6 +268,7 @@ def test_a_signal_that_is_unknown_or_still_is_one_clear_error(standing, inputs, 
         lola.linearize(standing.diagram, inputs, outputs, standing.context)
 
 
+@pytest.mark.filterwarnings("ignore:Badly conditioned")
 def test_a_minimal_model_is_python_controls_and_the_transfer_function():
     """A filter beside the path, and one that nothing reads; what is left is the textbook's."""
     diagram = chain(Filter(0.1), Filter(0.2), Filter(0.3))
