@@ -1,4 +1,4 @@
-"""One block's exact tick, linearised on its own: by AutoDiff where that is valid, else differences.
+"""One block's exact tick, linearised on its own by central differences.
 
 Blocks that are tied together by objects that are not vectors (contact results, geometry queries)
 are linearised together, as one group.
@@ -7,16 +7,14 @@ are linearised together, as one group.
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from functools import partial
+from typing import NamedTuple
 
 import numpy as np
-from pydrake.autodiffutils import AutoDiffXd, ExtractGradient, InitializeAutoDiff
-from pydrake.geometry import SceneGraph
 from pydrake.multibody.plant import MultibodyPlant
 from scipy.linalg import block_diag
 
 from lola_drake.linear.errors import AnalysisError, drake_errors
 from lola_drake.linear.isolated import (
-    Instance,
     IsolatedBlocks,
     discrete_state,
     fix_port,
@@ -24,8 +22,17 @@ from lola_drake.linear.isolated import (
     read_port,
     set_discrete_state,
 )
-from lola_drake.linear.plant_autodiff import autodiff_plant
-from lola_drake.linear.signal_names import switches
+from lola_drake.linear.kinks import (
+    FAR,
+    OVERLOOKED,
+    Column,
+    has_kink,
+    is_flat,
+    is_quantised,
+    solver_has_kink,
+)
+from lola_drake.linear.signal_names import state_names, switches
+from lola_drake.linear.soundness import check_events, check_memory, check_timing
 from lola_drake.linear.tangent import Tangent, tangent_of
 from lola_drake.linear.wiring import Source, Target
 
@@ -34,11 +41,6 @@ STEP = 6e-6
 
 CONTACT_STEP = 1e-7
 """The same for a multibody plant: its contact is curved so strongly that less is better."""
-
-NOTICED = 1e-4
-"""A change that the contact solver does not overlook: it returns a guess that is good enough."""
-
-AUTODIFF, DIFFERENCES = "AutoDiff", "differences"
 
 
 @dataclass(frozen=True)
@@ -52,7 +54,8 @@ class BlockJacobian:
         outputs: the read outputs, with their sizes.
         matrix: derivative of [next states, outputs] by [states, inputs].
         drift: next state less present state, in coordinates of small motions.
-        method: `AUTODIFF` or `DIFFERENCES`.
+        kinks: names of the states and inputs at which the two sides have different slopes; the
+            matrix has the mean of both.
     """
 
     group: tuple[str, ...]
@@ -61,7 +64,7 @@ class BlockJacobian:
     outputs: dict[Source, int]
     matrix: np.ndarray
     drift: np.ndarray
-    method: str
+    kinks: tuple[str, ...]
 
     @property
     def dimension(self) -> int:
@@ -71,11 +74,22 @@ class BlockJacobian:
 
 @dataclass(frozen=True)
 class _Slot:
-    """A state or an input: how to set it, its value, and in which directions it moves."""
+    """A state or an input: its name, how to set it, its value, in which directions it moves."""
 
+    name: str
+    entries: tuple[str, ...]
     put: Callable[[np.ndarray], None]
     value: np.ndarray
     directions: np.ndarray
+
+
+class _Flat(NamedTuple):
+    """A direction in which nothing moves."""
+
+    name: str
+    slot: _Slot
+    direction: np.ndarray
+    column: Column
 
 
 def block_jacobian(
@@ -83,8 +97,6 @@ def block_jacobian(
     group: Iterable[str],
     inputs: Iterable[Target],
     outputs: Iterable[Source],
-    *,
-    autodiff: bool = True,
 ) -> BlockJacobian:
     """Return the Jacobian of a group of blocks.
 
@@ -93,29 +105,32 @@ def block_jacobian(
         group: paths of those that belong together.
         inputs: which of their inputs to move.
         outputs: which of their outputs to read.
-        autodiff: whether AutoDiff may be used where it is valid.
+
+    Raises:
+        AnalysisError: if one tick of theirs is no function of states and inputs alone.
     """
-    group = list(group)
-    for path in group:
-        isolated.check(path)
-    group = _Group(
-        {path: isolated.instances[path] for path in group},
-        {target: isolated.inputs[target] for target in inputs},
-        list(outputs),
-        {target: value for target, value in isolated.inputs.items() if target.block in group},
-    )
-    names = ", ".join(path for path in group.blocks)
+    group = _Group(isolated, list(group), list(inputs), list(outputs))
+    blocks, names = group.blocks, ", ".join(group.blocks)
+    for path, block in blocks.items():
+        check_timing(path, block)
     with drake_errors(f"{names} cannot be evaluated"):
         following = group.tick()
-    raw, method = _raw_jacobian(group, names, autodiff)
+        if not np.isfinite(following).all():
+            raise AnalysisError(
+                f"{names} cannot be linearised: it gives numbers that are not finite"
+            )
+        check_memory(names, [block.root for block in blocks.values()], group.moved, group.tick)
+        for path, block in blocks.items():
+            check_events(path, block)
+        raw, kinks = _differences(group, following)
     return BlockJacobian(
-        group=tuple(group.blocks),
+        group=tuple(blocks),
         states=group.tangents,
         inputs={target: value.size for target, value in group.inputs.items()},
         outputs=dict(zip(group.outputs, map(len, group.read()), strict=True)),
         matrix=group.projection(following) @ raw,
         drift=group.drift(following),
-        method=method,
+        kinks=tuple(kinks),
     )
 
 
@@ -124,54 +139,57 @@ class _Group:
 
     def __init__(
         self,
-        blocks: dict[str, Instance],
-        inputs: dict[Target, np.ndarray],
+        isolated: IsolatedBlocks,
+        paths: list[str],
+        inputs: list[Target],
         outputs: list[Source],
-        fixed: dict[Target, np.ndarray],
     ):
-        self.blocks, self.inputs, self.outputs, self.fixed = blocks, inputs, outputs, fixed
+        self.wiring, self.outputs = isolated.wiring, outputs
+        self.blocks = blocks = {path: isolated.instances[path] for path in paths}
+        self.inputs = {target: isolated.inputs[target] for target in inputs}
         self.states = {path: discrete_state(block.context) for path, block in blocks.items()}
         self.tangents = {
             path: tangent_of(blocks[path].system, state.size)
             for path, state in self.states.items()
             if state.size
         }
+        self.slots = [*map(self._state, self.tangents), *map(self._input, inputs)]
+        # A contact solver curves strongly, and overlooks what is small.
+        self.has_solver = any(isinstance(b.system, MultibodyPlant) for b in blocks.values())
 
-    def tick(self, blocks: dict[str, Instance] | None = None) -> np.ndarray:
-        """Return next states and outputs as one vector, of these blocks or converted ones."""
-        blocks = blocks or self.blocks
+    def tick(self) -> np.ndarray:
+        """Return next states and outputs as one vector."""
         states = (
-            join_groups(blocks[path].system.EvalUniquePeriodicDiscreteUpdate(blocks[path].context))
-            for path in self.tangents
+            join_groups(block.system.EvalUniquePeriodicDiscreteUpdate(block.context))
+            for block in map(self.blocks.get, self.tangents)
         )
-        return np.concatenate([*states, *self.read(blocks), np.zeros(0)])
+        return np.concatenate([*states, *self.read(), np.zeros(0)])
 
-    def read(self, blocks: dict[str, Instance] | None = None) -> list[np.ndarray]:
+    def read(self) -> list[np.ndarray]:
         """Return the present outputs."""
-        blocks = blocks or self.blocks
         return [
-            read_port(blocks[path].system.get_output_port(index), blocks[path].context)
+            read_port(self.blocks[path].system.get_output_port(index), self.blocks[path].context)
             for path, index, _ in self.outputs
         ]
 
-    def slots(self, blocks: dict[str, Instance] | None = None) -> list[_Slot]:
-        """Return what moves, in the order of the Jacobian's columns."""
-        blocks = blocks or self.blocks
-        slots = [
-            _Slot(
-                partial(set_discrete_state, blocks[path].context),
-                self.states[path],
-                tangent.lift(self.states[path]),
-            )
-            for path, tangent in self.tangents.items()
-        ]
-        for target, value in self.inputs.items():
-            port = blocks[target.block].system.get_input_port(target.index)
-            still = switches(self.blocks[target.block].system.get_input_port(target.index))
-            directions = np.diag(1.0 - still) if still.any() else np.eye(value.size)
-            put = partial(fix_port, port, blocks[target.block].context)
-            slots.append(_Slot(put, value, directions))
-        return slots
+    def moved(self, step: float) -> None:
+        """Move all that moves at once by a relative step; 0 puts it back."""
+        for slot in self.slots:
+            slot.put(slot.value + step * slot.directions.sum(axis=1))
+
+    def overlooks(self, following: np.ndarray) -> bool:
+        """Return whether a contact solver found its guess, the present velocities, good enough."""
+        first = 0
+        for path, tangent in self.tangents.items():
+            plant = self.blocks[path].system
+            if isinstance(plant, MultibodyPlant):
+                rates = slice(plant.num_positions(), tangent.size)
+                present = discrete_state(self.blocks[path].context)
+                return np.array_equal(
+                    following[first : first + tangent.size][rates], present[rates]
+                )
+            first += tangent.size
+        return False
 
     def projection(self, following: np.ndarray) -> np.ndarray:
         """Return what takes changes of `tick` to coordinates of small motions."""
@@ -185,85 +203,85 @@ class _Group:
         """Return the motion of the states in this tick."""
         motions, first = [np.zeros(0)], 0
         for path, tangent in self.tangents.items():
-            motions.append(
-                tangent.difference(following[first : first + tangent.size], self.states[path])
-            )
+            after = following[first : first + tangent.size]
+            motions.append(tangent.difference(after, self.states[path]))
             first += tangent.size
         return np.concatenate(motions)
 
-    @property
-    def has_solver(self) -> bool:
-        """Return whether a contact solver is among the blocks."""
-        return any(isinstance(block.system, MultibodyPlant) for block in self.blocks.values())
+    def _state(self, path: str) -> _Slot:
+        block, tangent = self.blocks[path], self.tangents[path]
+        names = state_names(block.system, tangent.dimension)
+        put = partial(set_discrete_state, block.context)
+        return _Slot(path, names, put, self.states[path], tangent.lift(self.states[path]))
 
-    @property
-    def step(self) -> float:
-        """Return the relative step of central differences that suits these blocks."""
-        return CONTACT_STEP if self.has_solver else STEP
-
-
-def _raw_jacobian(group: _Group, names: str, autodiff: bool) -> tuple[np.ndarray, str]:
-    """Return the derivative of `tick` by all slots, and how it was found."""
-    if autodiff:
-        try:
-            with drake_errors(names):
-                converted = _converted(group)
-                if converted:
-                    return _by_autodiff(group, converted), AUTODIFF
-        except AnalysisError:
-            # That a block can be converted is no promise that all of it differentiates.
-            pass
-    with drake_errors(f"{names} cannot be evaluated"):
-        return _by_differences(group), DIFFERENCES
+    def _input(self, target: Target) -> _Slot:
+        block, value = self.blocks[target.block], self.inputs[target]
+        port = block.system.get_input_port(target.index)
+        still = switches(port)
+        directions = np.diag(1.0 - still) if still.any() else np.eye(value.size)
+        name = f"{target.block}.{port.get_name()}"
+        entries = self.wiring.entry_names(self.wiring.feeds[target])
+        return _Slot(name, entries, partial(fix_port, port, block.context), value, directions)
 
 
-def _by_differences(group: _Group) -> np.ndarray:
-    columns, base = [], group.tick()
-    for slot in group.slots():
-        for direction in slot.directions.T:
-            step = group.step * max(1.0, abs(slot.value @ direction))
-            slot.put(slot.value + step * direction)
-            ahead = group.tick()
-            while group.has_solver and step < 1 and np.abs(ahead - base).max() < NOTICED:
-                step *= 10
-                slot.put(slot.value + step * direction)
-                ahead = group.tick()
-            slot.put(slot.value - step * direction)
-            columns.append((ahead - group.tick()) / (2 * step))
+def _differences(group: _Group, base: np.ndarray) -> tuple[np.ndarray, list[str]]:
+    """Return the derivative of `tick` by all slots, and the names of kinks and quantisers."""
+    columns, kinks, flat = [np.zeros((base.size, 0))], [], []
+    for slot in group.slots:
+        for entry, direction in zip(slot.entries, slot.directions.T, strict=True):
+            at = partial(_moved, group, slot, direction)
+            column = _column(group, at, base, max(1.0, abs(slot.value @ direction)))
+            columns.append((column.ahead - column.behind)[:, None] / (2 * column.step))
+            if is_flat(column):
+                flat.append(_Flat(f"{slot.name}.{entry}", slot, direction, column))
+            elif solver_has_kink(column, at) if group.has_solver else has_kink(column, at):
+                kinks.append(f"{slot.name}.{entry}")
         slot.put(slot.value)
-    return np.column_stack(columns) if columns else np.zeros((base.size, 0))
+    return np.hstack(columns), kinks + _quantised(group, flat, base)
 
 
-def _by_autodiff(group: _Group, converted: dict[str, Instance]) -> np.ndarray:
-    for target, value in group.fixed.items():
-        constant = InitializeAutoDiff(value[:, None], np.zeros((value.size, 0)))[:, 0]
-        block = converted[target.block]
-        fix_port(block.system.get_input_port(target.index), block.context, constant)
-    slots = group.slots(converted)
-    total = sum(slot.directions.shape[1] for slot in slots)
-    first = 0
-    for slot in slots:
-        gradient = np.zeros((slot.value.size, total))
-        gradient[:, first : first + slot.directions.shape[1]] = slot.directions
-        slot.put(InitializeAutoDiff(slot.value[:, None], gradient)[:, 0])
-        first += slot.directions.shape[1]
-    # A row that depends on nothing has no derivatives of its own.
-    result = group.tick(converted) + AutoDiffXd(0.0, np.zeros(total))
-    return ExtractGradient(result[:, None])
+def _moved(group: _Group, slot: _Slot, direction: np.ndarray, step: float) -> np.ndarray:
+    slot.put(slot.value + step * direction)
+    return group.tick()
 
 
-def _converted(group: _Group) -> dict[str, Instance] | None:
-    """Return the group over AutoDiffXd; None if it is not a single block that can be converted."""
-    geometry = [b for b in group.blocks.values() if isinstance(b.system, SceneGraph)]
-    others = {path: b for path, b in group.blocks.items() if b not in geometry}
-    if len(others) != 1 or len(geometry) > 1:
-        return None
-    ((path, block),) = others.items()
-    if isinstance(block.system, MultibodyPlant):
-        return {path: autodiff_plant(block, *(geometry or [None]))}
-    system = block.system.ToAutoDiffXdMaybe()
-    if system is None:
-        return None
-    context = system.CreateDefaultContext()
-    context.SetTimeStateAndParametersFrom(block.context)
-    return {path: Instance(system, context)}
+def _column(
+    group: _Group, at: Callable[[float], np.ndarray], base: np.ndarray, size: float
+) -> Column:
+    """Return where steps of a suitable length to both sides lead."""
+    step = size * (CONTACT_STEP if group.has_solver else STEP)
+    ahead = at(step)
+    while (
+        step < 1 and np.abs(ahead - base).max(initial=0.0) < OVERLOOKED and group.overlooks(ahead)
+    ):
+        step *= 10
+        ahead = at(step)
+    return Column(step, ahead, base, at(-step))
+
+
+def _quantised(group: _Group, flat: list[_Flat], base: np.ndarray) -> list[str]:
+    """Return the names of those among flat directions in which blocks are quantised."""
+    if group.has_solver or not _moves_far_off(group, flat, base):
+        return []
+    found = []
+    for name, slot, direction, column in flat:
+        if is_quantised(column, partial(_moved, group, slot, direction)):
+            found.append(name)
+        slot.put(slot.value)
+    return found
+
+
+def _moves_far_off(group: _Group, flat: list[_Flat], base: np.ndarray) -> bool:
+    """Return whether anything moves when all flat directions are far off at once."""
+    try:
+        for step in (sign * far for far in FAR for sign in (1, -1)):
+            for slot in group.slots:
+                directions = [d for _, other, d, _ in flat if other is slot]
+                slot.put(slot.value + step * np.sum(directions, axis=0))
+            if not np.array_equal(group.tick(), base):
+                return True
+    except (Exception, SystemExit):
+        return True  # one after the other may do
+    finally:
+        group.moved(0.0)
+    return False

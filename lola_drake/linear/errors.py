@@ -3,8 +3,10 @@
 from collections.abc import Iterator
 from contextlib import contextmanager
 
+from lola_drake.errors import LolaError
 
-class AnalysisError(ValueError):
+
+class AnalysisError(LolaError):
     """An analysis that is not possible as asked; the message is one line that says why."""
 
 

@@ -26,6 +26,11 @@ class StateSelection:
     index: int
     labels: tuple[str, ...]
 
+    @property
+    def labels_with_units(self) -> list[str]:
+        """Return the labels; no unit of a state is known."""
+        return list(self.labels)
+
 
 @dataclass(frozen=True)
 class Matrices:
@@ -77,6 +82,11 @@ class LinearBlocks:
     def relative_drift(self) -> np.ndarray:
         """Return the drift, relative to what is a lot for each state."""
         return self.drift / self.coordinates.scales
+
+    @property
+    def kinks(self) -> tuple[str, ...]:
+        """Return the states and inputs at which the two sides have different slopes."""
+        return tuple(kink for jacobian in self.jacobians for kink in jacobian.kinks)
 
     def check_equilibrium(self, allowed: float) -> None:
         """Raise AnalysisError if a state moves in this tick by more than a part of its scale."""

@@ -6,24 +6,25 @@ from dataclasses import dataclass, replace
 import numpy as np
 from pydrake.common.value import Value
 from pydrake.multibody.math import SpatialForce
-from pydrake.multibody.plant import MultibodyPlant
 from pydrake.systems.framework import Context, InputPort, OutputPort, System
 
-from lola_drake.linear.errors import AnalysisError, drake_errors
+from lola_drake.linear.errors import drake_errors
 from lola_drake.linear.signal_names import is_vector, is_wrench_list
 from lola_drake.linear.wiring import Source, Target, Wiring
 
 
 @dataclass(frozen=True)
 class Instance:
-    """A block and its context, of whatever scalar type.
+    """A block and its context.
 
     Attributes:
-        owner: whatever must stay alive with them.
+        root: the context that has the time of both; it must stay alive with them.
+        owner: so must this.
     """
 
     system: System
     context: Context
+    root: Context
     owner: object = None
 
 
@@ -56,31 +57,16 @@ class IsolatedBlocks:
             size = discrete_state(context).size
             state = discrete_state(self.instances[path].context)
             set_discrete_state(context, np.resize(state, size))
-            instances[path] = Instance(blocks[path], context, changed)
+            instances[path] = Instance(blocks[path], context, context, changed)
             for target, value in self.inputs.items():
                 if target.block == path:
                     fix_port(blocks[path].get_input_port(target.index), context, value)
         return replace(self, instances=instances)
 
-    def check(self, path: str) -> None:
-        """Raise AnalysisError if a block is not a discrete system with one period."""
-        block, context = self.instances[path].system, self.instances[path].context
-        reason = None
-        if block.num_continuous_states():
-            reason = "it has continuous state"
-        elif context.num_abstract_states():
-            reason = "it has abstract state"
-        elif context.num_discrete_state_groups() and self.period(path) is None:
-            reason = "it has no single periodic discrete update"
-        if reason:
-            plant = isinstance(block, MultibodyPlant)
-            hint = ", build it with use_sampled_output_ports=False" if plant else ""
-            raise AnalysisError(f"{path} cannot be linearised: {reason}{hint}")
-
-    def period(self, path: str) -> float | None:
-        """Return the period of a block's discrete update (s), None if it has none or several."""
+    def timing(self, path: str) -> tuple[float, float] | None:
+        """Return period and offset of a block's discrete update (s), None if it has none."""
         timing = self.instances[path].system.GetUniquePeriodicDiscreteUpdateAttribute()
-        return timing.period_sec() if timing else None
+        return (timing.period_sec(), timing.offset_sec()) if timing else None
 
 
 def isolate(wiring: Wiring, context: Context, added: Iterable[Source] = ()) -> IsolatedBlocks:

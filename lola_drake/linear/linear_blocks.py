@@ -9,6 +9,7 @@ from lola_drake.linear.errors import AnalysisError
 from lola_drake.linear.interconnection import LinearBlocks
 from lola_drake.linear.isolated import IsolatedBlocks, isolate
 from lola_drake.linear.wiring import Selection, Source, Wiring
+from lola_drake.typed_yaml import suggestion
 
 
 def linear_blocks(
@@ -18,7 +19,6 @@ def linear_blocks(
     outputs: Iterable[Selection],
     *,
     hold: Iterable[str] = (),
-    autodiff: bool = True,
 ) -> LinearBlocks:
     """Return the Jacobians of all blocks that have state, and of those between them.
 
@@ -28,9 +28,13 @@ def linear_blocks(
         inputs: signals at which something will be added.
         outputs: signals that will be read.
         hold: paths of blocks to hold besides those that always are.
-        autodiff: whether AutoDiff may be used where it is valid.
+
+    Raises:
+        AnalysisError: if one of these is no block, or a block cannot be linearised.
     """
-    wiring = Wiring(system)
+    wiring, hold = Wiring(system), {hold} if isinstance(hold, str) else set(hold)
+    for unknown in sorted(hold - set(wiring.blocks)):
+        raise AnalysisError(f"no block {unknown!r} to hold{suggestion(unknown, wiring.blocks)}")
     added = {selection.source for selection in inputs}
     read = {selection.source for selection in outputs}
     isolated = isolate(wiring, context, added)
@@ -51,7 +55,7 @@ def linear_blocks(
         ]
         readers = {wiring.feeds[t] for t in isolated.inputs if t.block in moving}
         sources = sorted(s for s in readers | read if s.block in group and not s.is_input)
-        jacobians.append(block_jacobian(isolated, group, targets, sources, autodiff=autodiff))
+        jacobians.append(block_jacobian(isolated, group, targets, sources))
     return LinearBlocks(isolated, tuple(jacobians), tuple(sorted(held)), _period(isolated, moving))
 
 
@@ -104,9 +108,15 @@ def _groups(wiring: Wiring, moving: set[str], isolated: IsolatedBlocks) -> list[
 
 def _period(isolated: IsolatedBlocks, moving: set[str]) -> float | None:
     """Return the period of all blocks; AnalysisError if they do not all tick together."""
-    periods = {path: isolated.period(path) for path in sorted(moving)}
-    periods = {path: period for path, period in periods.items() if period is not None}
-    if len(set(periods.values())) > 1:
-        which = ", ".join(f"{path} {1e3 * period:g} ms" for path, period in periods.items())
-        raise AnalysisError(f"blocks of different periods cannot be linearised together: {which}")
-    return next(iter(periods.values()), None)
+    timings = {path: isolated.timing(path) for path in sorted(moving)}
+    timings = {path: timing for path, timing in timings.items() if timing is not None}
+    for what, values in (
+        ("periods", {path: period for path, (period, _) in timings.items()}),
+        ("offsets", {path: offset for path, (_, offset) in timings.items()}),
+    ):
+        if len(set(values.values())) > 1:
+            which = ", ".join(f"{path} {1e3 * value:g} ms" for path, value in values.items())
+            raise AnalysisError(
+                f"blocks of different {what} cannot be linearised together: {which}"
+            )
+    return next((period for period, _ in timings.values()), None)

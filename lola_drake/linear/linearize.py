@@ -34,7 +34,8 @@ class OperatingPoint:
         residual: the largest drift, relative to 100 N, 100 Nm, and 1 of everything else.
         held: blocks that were held.
         cut: states that were cut because nothing observes or excites them.
-        methods: how each block was differentiated.
+        kinks: states and inputs of blocks at which the two sides have different slopes; the model
+            has the mean of both.
     """
 
     time: float
@@ -42,7 +43,7 @@ class OperatingPoint:
     residual: float
     held: tuple[str, ...]
     cut: tuple[str, ...]
-    methods: dict[str, str]
+    kinks: tuple[str, ...]
 
 
 def linearize(
@@ -55,13 +56,14 @@ def linearize(
     hold: Iterable[str] = (),
     minimal: bool = False,
     equilibrium: float | None = None,
-    autodiff: bool = True,
+    kinks: bool = False,
 ) -> control.StateSpace:
     """Return the linear model of a diagram or block at an operating point.
 
     Signals are named `[block.]signal[.field[.entry]]`, for instance `measured_wrench`,
     `measured_wrench_l`, `desired_wrench.wrench_l.F_z` or `plant.net_actuation.tkfl`; a name without
-    an entry means all of them. A label of the result is such a name with slashes for the points.
+    an entry means all of them. A label of the result is such a name with slashes for the points,
+    and its unit in brackets where one is known.
 
     Args:
         system: a Diagram of discrete blocks with one period, or one such block.
@@ -75,19 +77,26 @@ def linearize(
             result's `operating_point.cut` says which.
         equilibrium: the largest drift of a state in one tick that is let pass, relative to 100 N,
             100 Nm, and 1 of everything else in SI units; None for any, as on a walk.
-        autodiff: whether AutoDiff may be used where it is valid; False for differences alone.
+
+        kinks: whether to take the mean slope where the two sides have different ones.
 
     Returns:
         A discrete-time StateSpace with an attribute `operating_point`, an `OperatingPoint`.
 
     Raises:
-        AnalysisError: if a signal is unknown, a block cannot be linearised, the context is of
-            another diagram, or the operating point is not the equilibrium it should be.
+        AnalysisError: if a signal or a block to hold is unknown, a block cannot be linearised (see
+            `soundness`) or has a kink or a quantiser here, the context is of another diagram, or
+            the operating point is not the equilibrium it should be.
     """
     wiring = Wiring(system)
     added, cut_open = (_selections(wiring, names) for names in (inputs, opened))
     read = [s for name in _names(outputs) if (s := _signal_or_none(wiring, name))]
-    blocks = linear_blocks(system, at, added, [*read, *cut_open], hold=hold, autodiff=autodiff)
+    blocks = linear_blocks(system, at, added, [*read, *cut_open], hold=hold)
+    if blocks.kinks and not kinks:
+        raise AnalysisError(
+            f"no linear model here: {blocks.kinks[0]} is at a kink or quantised; "
+            "kinks=True lets it pass"
+        )
     if equilibrium is not None:
         blocks.check_equilibrium(equilibrium)
     shown = [blocks.select(name) for name in _names(outputs)]
@@ -113,8 +122,8 @@ def state_space(
         matrices.C[:, kept],
         matrices.D,
         blocks.period or True,
-        inputs=[label for selection in inputs for label in selection.labels],
-        outputs=[label for selection in outputs for label in selection.labels],
+        inputs=[label for selection in inputs for label in selection.labels_with_units],
+        outputs=[label for selection in outputs for label in selection.labels_with_units],
         states=list(names[kept]),
         remove_useless_states=False,
     )
@@ -124,7 +133,7 @@ def state_space(
         residual=float(np.abs(blocks.relative_drift).max(initial=0.0)),
         held=blocks.held,
         cut=tuple(names[~kept]),
-        methods={path: j.method for j in blocks.jacobians for path in j.group},
+        kinks=blocks.kinks,
     )
     return model
 

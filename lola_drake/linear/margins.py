@@ -1,14 +1,20 @@
-"""How far a loop is from instability: gain, phase, delay and disk margins, SISO and MIMO."""
+"""How far a loop is from instability: gain, phase, delay and disk margins, SISO and MIMO.
+
+Extrema are refined and crossings solved on the exact response: no grid has a part in the result.
+"""
 
 from dataclasses import dataclass
 
 import control
 import numpy as np
-from scipy.linalg import matrix_balance
 
 from lola_drake.linear.errors import AnalysisError
-from lola_drake.linear.frequency import frequency_grid, frequency_response
+from lola_drake.linear.frequency import PER_DECADE, Transfer, frequency_grid
 from lola_drake.linear.poles import UNSTABLE, spectral_radius
+from lola_drake.linear.refine import largest, zeros_of
+
+ENDLESS = 1e9
+"""A gain that may grow by this factor may grow by any: what is beyond is rounding."""
 
 
 @dataclass(frozen=True)
@@ -22,12 +28,14 @@ class Margins:
         gain_up_frequency: where it is reached then (Hz).
         gain_down: the gain may shrink by this factor; 0 if by any.
         gain_down_frequency: where it is reached then (Hz).
-        phase: that may be lost at the most critical gain crossover (deg).
+        phase: that may be lost, or won, at the most critical gain crossover (deg).
         phase_frequency: that crossover (Hz).
         delay: that may be added (s).
+        delay_frequency: the crossover at which it is reached (Hz), not always that of the phase.
         disk: radius of the disk margin, for gain and phase errors at once (balanced, 0 to 2).
         disk_frequency: where it is reached (Hz).
         peak_sensitivity: of S = 1/(1 + L), its largest gain.
+        peak_sensitivity_frequency: where that is (Hz).
     """
 
     name: str
@@ -39,9 +47,11 @@ class Margins:
     phase: float
     phase_frequency: float
     delay: float
+    delay_frequency: float
     disk: float
     disk_frequency: float
     peak_sensitivity: float
+    peak_sensitivity_frequency: float
 
 
 @dataclass(frozen=True)
@@ -65,29 +75,47 @@ class MatrixMargins:
     peak_sensitivity_frequency: float
 
 
-def disk_gain(disk: float) -> tuple[float, float]:
-    """Return the factors by which the gain may shrink and grow within a disk margin."""
-    return (2 - disk) / (2 + disk), (2 + disk) / (2 - disk) if disk < 2 else np.inf
+@dataclass(frozen=True)
+class LoopMargins:
+    """All margins of a loop.
+
+    Attributes:
+        each: of every signal, all its other signals being closed.
+        together: of all its signals at once.
+    """
+
+    each: tuple[Margins, ...]
+    together: MatrixMargins
 
 
-def disk_phase(disk: float) -> float:
-    """Return the phase (deg) that may be lost or gained within a disk margin."""
-    return float(np.degrees(2 * np.arctan(disk / 2)))
+def margins(loop: control.StateSpace) -> LoopMargins:
+    """Return the margins of a loop transfer L, whose closed loop is 1/(1 + L).
+
+    Args:
+        loop: in discrete time, as `lola.open_loop` gives it; as many outputs as inputs.
+
+    Raises:
+        AnalysisError: if it is not such a loop.
+    """
+    _check(loop)
+    each = tuple(signal_margins(one_loop(loop, k)) for k in range(loop.ninputs))
+    return LoopMargins(each, matrix_margins(loop))
 
 
-def margins(loop: control.StateSpace) -> Margins:
+def signal_margins(loop: control.StateSpace) -> Margins:
     """Return the margins of a loop transfer with one input and one output.
 
     Raises:
-        AnalysisError: if it has more; see `loop_margins` and `matrix_margins`.
+        AnalysisError: if it has more; see `margins`.
     """
-    if loop.D.shape != (1, 1):
-        raise AnalysisError(f"a loop of {loop.D.shape[0]} signals has no margins of one signal")
-    response = frequency_response(loop, frequency_grid(loop))
-    frequencies, L = response.frequencies, response.values[:, 0, 0]
-    up, up_at, down, down_at = _gain_margins(frequencies, L)
-    phase, phase_at, delay = _phase_margins(frequencies, L)
-    worst = np.abs((1 - L) / (1 + L)) / 2
+    _check(loop)
+    if loop.ninputs != 1:
+        raise AnalysisError(f"a loop of {loop.ninputs} signals has no margins of one signal")
+    curve = _Curve(loop)
+    up, up_at, down, down_at = _gain_margins(curve)
+    phase, phase_at, delay, delay_at = _phase_margins(curve)
+    worst, worst_at = curve.largest(lambda L: np.abs((1 - L) / (1 + L)) / 2)
+    peak, peak_at = curve.largest(lambda L: np.abs(1 / (1 + L)))
     return Margins(
         name=loop.input_labels[0],
         stable=closed_loop_is_stable(loop),
@@ -98,18 +126,15 @@ def margins(loop: control.StateSpace) -> Margins:
         phase=phase,
         phase_frequency=phase_at,
         delay=delay,
-        disk=float(1 / worst.max()),
-        disk_frequency=float(frequencies[worst.argmax()]),
-        peak_sensitivity=float(np.abs(1 / (1 + L)).max()),
+        delay_frequency=delay_at,
+        disk=1 / worst,
+        disk_frequency=worst_at,
+        peak_sensitivity=peak,
+        peak_sensitivity_frequency=peak_at,
     )
 
 
-def loop_margins(loop: control.StateSpace) -> list[Margins]:
-    """Return the margins of every signal of a loop, all its other signals being closed."""
-    return [margins(one_loop(loop, k)) for k in range(loop.ninputs)]
-
-
-def matrix_margins(loop: control.StateSpace, count: int = 1500) -> MatrixMargins:
+def matrix_margins(loop: control.StateSpace, per_decade: int = PER_DECADE) -> MatrixMargins:
     """Return the margins of all signals of a loop at once, by singular values.
 
     Channels of different units are balanced at every frequency, so the result does not depend on
@@ -118,21 +143,108 @@ def matrix_margins(loop: control.StateSpace, count: int = 1500) -> MatrixMargins
 
     Args:
         loop: the loop transfer.
-        count: of the frequencies looked at.
+        per_decade: frequencies in every decade from which the search starts.
     """
-    response = frequency_response(loop, frequency_grid(loop, count))
-    one = np.eye(loop.ninputs)
-    S = np.linalg.inv(one + response.values)
-    disk = 1 / np.array([_balanced_norm(matrix) for matrix in S - 0.5 * one])
-    peak = np.array([_balanced_norm(matrix) for matrix in S])
+    _check(loop)
+    one, transfer, grid = np.eye(loop.ninputs), Transfer(loop), frequency_grid(loop, per_decade)
+
+    def sensitivity(frequencies: np.ndarray) -> np.ndarray:
+        return np.linalg.inv(one + transfer(frequencies))
+
+    sampled, found = sensitivity(grid), []
+    for part in (0.5 * one, 0.0 * one):
+        found += largest(
+            lambda f, part=part: _balanced_norm(sensitivity(f) - part),
+            grid,
+            _balanced_norm(sampled - part),
+        )
     return MatrixMargins(
         names=tuple(loop.input_labels),
         stable=closed_loop_is_stable(loop),
-        disk=float(disk.min()),
-        disk_frequency=float(response.frequencies[disk.argmin()]),
-        peak_sensitivity=float(peak.max()),
-        peak_sensitivity_frequency=float(response.frequencies[peak.argmax()]),
+        disk=1 / found[0],
+        disk_frequency=found[1],
+        peak_sensitivity=found[2],
+        peak_sensitivity_frequency=found[3],
     )
+
+
+class _Curve:
+    """A loop transfer of one signal over frequency, and functions of it."""
+
+    def __init__(self, loop: control.StateSpace):
+        self._transfer, self.grid = Transfer(loop), frequency_grid(loop)
+        self.sampled = self(self.grid)
+
+    def __call__(self, frequencies: np.ndarray) -> np.ndarray:
+        return self._transfer(np.asarray(frequencies))[:, 0, 0]
+
+    def largest(self, of) -> tuple[float, float]:
+        """Return the largest value of a function of L, and where."""
+        with np.errstate(divide="ignore", invalid="ignore"):
+            return largest(lambda f: of(self(f)), self.grid, of(self.sampled))
+
+    def zeros(self, of) -> tuple[np.ndarray, np.ndarray]:
+        """Return where a function of L crosses zero, and L there."""
+        at = zeros_of(lambda f: of(self(f)), self.grid, of(self.sampled))
+        return at, self(at)
+
+
+def _gain_margins(curve: _Curve) -> tuple[float, float, float, float]:
+    """Return the factors of gain that lead to L = -1 next above and below 1, and where."""
+    # Over |L|, so that the curve comes near zero only where L comes near the real axis.
+    at, values = curve.zeros(lambda L: L.imag / (np.abs(L) + 1e-300))
+    ends, at_ends = _real_ends(curve)
+    at, values = np.append(at, at_ends), np.append(values, ends)
+    negative = values.real * ENDLESS < -1
+    factors, at = -1 / values.real[negative], at[negative]
+    up, up_at, down, down_at = np.inf, np.nan, 0.0, np.nan
+    if (factors >= 1).any():
+        k = np.where(factors >= 1, factors, np.inf).argmin()
+        up, up_at = factors[k], at[k]
+    if ((factors < 1) & (factors * ENDLESS > 1)).any():
+        k = np.where(factors < 1, factors, 0.0).argmax()
+        down, down_at = factors[k], at[k]
+    return float(up), float(up_at), float(down), float(down_at)
+
+
+def _real_ends(curve: _Curve) -> tuple[list[float], list[float]]:
+    """Return L at rest and at Nyquist, where it is real if it is finite."""
+    first, second = curve.sampled[:2]
+    ends, at = [curve.sampled[-1].real], [curve.grid[-1]]
+    # Below the grid nothing bends L any more: it is constant, or grows without end.
+    if abs(first - second) < 1e-2 * abs(first) and abs(first.imag) < 1e-2 * abs(first):
+        ends, at = [*ends, first.real], [*at, 0.0]
+    return ends, at
+
+
+def _phase_margins(curve: _Curve) -> tuple[float, float, float, float]:
+    """Return the phase error (deg) and the delay (s) that lead to L = -1, and where each does."""
+    at, values = curve.zeros(lambda L: np.log(np.abs(L) + 1e-300))
+    if not at.size:
+        return np.inf, np.nan, np.inf, np.nan
+    lag = np.mod(np.angle(values) + np.pi, 2 * np.pi)
+    error, delay = np.minimum(lag, 2 * np.pi - lag), lag / (2 * np.pi * at)
+    k, late = error.argmin(), delay.argmin()
+    return float(np.degrees(error[k])), float(at[k]), float(delay[late]), float(at[late])
+
+
+def _check(loop: control.StateSpace) -> None:
+    if not isinstance(loop, control.StateSpace) or not loop.isdtime(strict=True):
+        raise AnalysisError("margins are those of a discrete-time control.StateSpace")
+    if loop.ninputs != loop.noutputs or not loop.ninputs:
+        raise AnalysisError(
+            f"a loop has as many outputs as inputs, not {loop.noutputs} and {loop.ninputs}"
+        )
+
+
+def disk_gain(disk: float) -> tuple[float, float]:
+    """Return the factors by which the gain may shrink and grow within a disk margin."""
+    return (2 - disk) / (2 + disk), (2 + disk) / (2 - disk) if disk < 2 else np.inf
+
+
+def disk_phase(disk: float) -> float:
+    """Return the phase (deg) that may be lost or gained within a disk margin."""
+    return float(np.degrees(2 * np.arctan(disk / 2)))
 
 
 def closed_loop_is_stable(loop: control.StateSpace) -> bool:
@@ -165,52 +277,23 @@ def one_loop(loop: control.StateSpace, k: int) -> control.StateSpace:
     )
 
 
-def _gain_margins(frequencies: np.ndarray, L: np.ndarray) -> tuple[float, float, float, float]:
-    """Return the factors of gain that lead to L = -1 next above and below 1, and where."""
-    at, values = _crossings(frequencies, L.imag, L)
-    # The response begins and ends on the real axis, just outside the sampled frequencies.
-    for end in (0, -1):
-        if abs(L[end].imag) < 0.05 * abs(L[end].real):
-            at, values = np.append(at, frequencies[end]), np.append(values, L[end])
-    negative = values.real < 0
-    factors, at = -1 / values.real[negative], at[negative]
-    up, up_at, down, down_at = np.inf, np.nan, 0.0, np.nan
-    if (factors >= 1).any():
-        k = np.where(factors >= 1, factors, np.inf).argmin()
-        up, up_at = factors[k], at[k]
-    if (factors < 1).any():
-        k = np.where(factors < 1, factors, 0.0).argmax()
-        down, down_at = factors[k], at[k]
-    return float(up), float(up_at), float(down), float(down_at)
+def _balanced_norm(matrices: np.ndarray, sweeps: int = 8) -> np.ndarray:
+    """Return the largest singular value of each matrix after balancing the channels' units.
 
+    Osborne's iteration: every channel in turn gets the unit that makes its row and its column
+    equally large, which brings the matrix's Frobenius norm to its minimum.
 
-def _phase_margins(frequencies: np.ndarray, L: np.ndarray) -> tuple[float, float, float]:
-    """Return the smallest phase error (deg) that leads to L = -1, where, and the delay (s)."""
-    at, values = _crossings(frequencies, np.log(np.abs(L) + 1e-300), L)
-    if not at.size:
-        return np.inf, np.nan, np.inf
-    lag = np.mod(np.angle(values) + np.pi, 2 * np.pi)
-    lead = 2 * np.pi - lag
-    k = np.minimum(lag, lead).argmin()
-    delay = (lag / (2 * np.pi * at)).min()
-    return float(np.degrees(min(lag[k], lead[k]))), float(at[k]), float(delay)
-
-
-def _crossings(
-    frequencies: np.ndarray, signal: np.ndarray, L: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
-    """Return where a signal changes its sign, and L there, both interpolated."""
-    k = np.flatnonzero(np.sign(signal[1:]) * np.sign(signal[:-1]) < 0)
-    part = signal[k] / (signal[k] - signal[k + 1])
-    return (
-        frequencies[k] + part * (frequencies[k + 1] - frequencies[k]),
-        L[k] + part * (L[k + 1] - L[k]),
-    )
-
-
-def _balanced_norm(matrix: np.ndarray) -> float:
-    """Return the largest singular value after balancing the channels' units."""
-    if len(matrix) > 1:
-        _, (scale, _) = matrix_balance(np.abs(matrix), permute=False, separate=True)
-        matrix = matrix * scale / scale[:, None]
-    return float(np.linalg.norm(matrix, 2))
+    Args:
+        matrices: shape (n, m, m).
+        sweeps: over all channels.
+    """
+    m = matrices.shape[-1]
+    scale, size = np.ones(matrices.shape[:2]), np.abs(matrices) ** 2
+    size *= 1 - np.eye(m)
+    tiny = 1e-12 * size.sum(axis=(1, 2)) + 1e-300
+    for _ in range(sweeps if m > 1 else 0):
+        for i in range(m):
+            column = (size[:, :, i] * scale**2).sum(axis=1) / scale[:, i] ** 2
+            row = (size[:, i] / scale**2).sum(axis=1) * scale[:, i] ** 2
+            scale[:, i] *= ((column + tiny) / (row + tiny)) ** 0.25
+    return np.linalg.norm(matrices * scale[:, :, None] / scale[:, None, :], 2, axis=(1, 2))

@@ -24,7 +24,7 @@ def open_loop(
     Args:
         diagram: the closed loop.
         at: names of signals as in `linearize`, for instance `measured_wrench_l`. Several entries
-            make L a square matrix, whose margins are those of `margins.matrix_margins`.
+            make L a square matrix; `lola.margins` takes it.
         context: the operating point.
         minimal: as in `linearize`.
         equilibrium: as in `linearize`.

@@ -16,6 +16,7 @@ from pydrake.systems.framework import (
 
 from lola_drake.linear.errors import AnalysisError
 from lola_drake.linear.signal_names import entry_names, is_vector
+from lola_drake.linear.units import entry_units
 from lola_drake.typed_yaml import suggestion
 
 
@@ -48,11 +49,19 @@ class Selection:
         source: the signal.
         entries: their positions.
         labels: their names, unique, in the form `signal/field/entry`.
+        units: of them; empty where none is known.
     """
 
     source: Source
     entries: np.ndarray
     labels: tuple[str, ...]
+    units: tuple[str, ...]
+
+    @property
+    def labels_with_units(self) -> list[str]:
+        """Return the labels, each with its unit in brackets if it has one."""
+        pairs = zip(self.labels, self.units, strict=True)
+        return [f"{label} ({unit})" if unit else label for label, unit in pairs]
 
 
 class Wiring:
@@ -92,8 +101,20 @@ class Wiring:
 
     def entry_names(self, source: Source) -> tuple[str, ...]:
         """Return the names of the entries of a source's signal."""
-        system = self.blocks[source.block] if source.block else self.system
-        return entry_names(system, self.port(source))
+        return entry_names(*self._described(source))
+
+    def _described(self, source: Source) -> tuple[System, InputPort | OutputPort]:
+        """Return the block and its port that know best what a signal is: its source, or a reader.
+
+        An input of the whole is what its first reader takes it for.
+        """
+        if source.block:
+            return self.blocks[source.block], self.port(source)
+        targets = self.targets(source)
+        if not targets:
+            return self.system, self.port(source)
+        block = self.blocks[targets[0].block]
+        return block, block.get_input_port(targets[0].index)
 
     def targets(self, source: Source) -> list[Target]:
         """Return the input ports that a source feeds."""
@@ -105,12 +126,12 @@ class Wiring:
         Args:
             name: `[block.]signal`, `[block.]signal.field` or `[block.]signal.field.entry`; a
                 signal of both feet takes `_l` or `_r` behind its name for one of them. A slash
-                does for a point, so that every label is a name.
+                does for a point, and a unit is passed over, so that every label is a name.
 
         Raises:
             AnalysisError: if the name means nothing, or more than one signal.
         """
-        parts = name.replace("/", ".").split(".")
+        parts = name.split(" (")[0].replace("/", ".").split(".")
         for n in range(len(parts), 0, -1):
             head, tail = ".".join(parts[:n]), ".".join(parts[n:])
             for stem, foot in ((head, ""), (head[:-2], head[-2:])):
@@ -133,7 +154,8 @@ class Wiring:
             raise AnalysisError(f"{name!r}: {stem} has no such entry{suggestion(tail, names)}")
         head = stem.replace(".", "/")
         labels = (f"{head}/{names[i]}".replace(".", "/").rstrip("/") for i in chosen)
-        return Selection(source, np.array(chosen), tuple(labels))
+        units = entry_units(*self._described(source), len(names))
+        return Selection(source, np.array(chosen), tuple(labels), tuple(units[i] for i in chosen))
 
     def _connections(self) -> Iterator[tuple[Source, list[Target]]]:
         for i in range(self.system.num_input_ports()):
@@ -174,7 +196,25 @@ class Wiring:
             if source.is_input:
                 port = self.port(source).get_name()
                 add(source, port, source.block, source.block.split(".")[-1])
+        # A port of the whole goes before those inside that are called the same.
+        own = self._own_ports()
+        names |= {port: {source for name, source in own if name == port} for port, _ in own}
         return names
+
+    def _own_ports(self) -> list[tuple[str, Source]]:
+        """Return the names of the whole system's ports, and their sources."""
+        system = self.system
+        if not isinstance(system, Diagram):
+            return []
+        inputs = range(system.num_input_ports())
+        outputs = range(system.num_output_ports())
+        return [
+            *((system.get_input_port(i).get_name(), Source("", i, is_input=True)) for i in inputs),
+            *(
+                (system.get_output_port(o).get_name(), self._output_behind(system, o))
+                for o in outputs
+            ),
+        ]
 
 
 def _leaves(system: System, path: str) -> Iterator[tuple[str, System]]:

@@ -1,14 +1,12 @@
 """Linear models against what is known and against the whole diagram's own differences."""
 
-import itertools
-
 import control
 import numpy as np
 import pytest
-from linear_toys import PERIOD, AbstractState, Failing, Filter, Square, discrete, loop
+from linear_toys import PERIOD, Filter, Square, discrete, loop
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.systems.framework import DiagramBuilder
-from pydrake.systems.primitives import AffineSystem, Integrator, Linearize
+from pydrake.systems.primitives import AffineSystem, Linearize
 
 import lola_drake as lola
 from lola_drake.block_system import system_of
@@ -22,7 +20,7 @@ from lola_drake.linear.errors import AnalysisError
 from lola_drake.linear.isolated import discrete_state, own_context, set_discrete_state
 from lola_drake.linear.linear_blocks import linear_blocks
 from lola_drake.robot import PADS
-from lola_drake.signals import DESIRED_WRENCH, GAIT_PHASE, JOINTS, MEASURED_WRENCH
+from lola_drake.signals import DESIRED_WRENCH, GAIT_PHASE, MEASURED_WRENCH
 from lola_drake.theory.contact_model import contact_matrix
 
 A = [[0.9, 0.1], [-0.2, 0.8]]
@@ -45,24 +43,22 @@ def fixed_context(diagram, value=0.0):
     return context
 
 
-@pytest.mark.parametrize("autodiff", [True, False])
-def test_a_linear_block_comes_out_as_it_is(autodiff):
+def test_a_linear_block_comes_out_as_it_is():
     block = discrete(A, [[0], [1]], [[1, 0], [0, 1]], [[0], [2]])
     block.set_name("plant")
-    model = lola.linearize(block, "u0", "y0", fixed_context(block), autodiff=autodiff)
+    model = lola.linearize(block, "u0", "y0", fixed_context(block))
     np.testing.assert_allclose(model.A, A, atol=1e-10)
     np.testing.assert_allclose(model.B, [[0], [1]], atol=1e-10)
     np.testing.assert_allclose(model.D, [[0], [2]], atol=1e-10)
     assert model.dt == PERIOD
     assert model.input_labels == ["u0/0"]
-    assert model.operating_point.methods == {"plant": "AutoDiff" if autodiff else "differences"}
 
 
 def test_a_loop_is_closed_and_opened():
     diagram = loop(discrete(0.9, 0.1, 1.0), gain=2.0)
     context = diagram.CreateDefaultContext()
     closed = lola.linearize(diagram, "controller.y0", "plant.y0", context)
-    np.testing.assert_allclose(closed.A, [[0.7]], atol=1e-12)
+    np.testing.assert_allclose(closed.A, [[0.7]], atol=1e-10)
     opened = lola.linearize(diagram, "plant.y0", "plant.y0", context, opened="plant.y0")
     np.testing.assert_allclose([opened.A[0, 0], opened.B[0, 0] * opened.C[0, 0]], [0.9, -0.2])
     loop_transfer = lola.open_loop(diagram, "plant.y0", context)
@@ -122,7 +118,7 @@ def test_noise_drops_out(standing):
     context.SetDiscreteState(standing.context.get_discrete_state())
     context.SetTime(standing.context.get_time())
     quiet, loud = (
-        lola.linearize(diagram, "desired_wrench_l", "contact_wrench_l", where, autodiff=False)
+        lola.linearize(diagram, "desired_wrench_l", "contact_wrench_l", where)
         for diagram, where in ((standing.diagram, standing.context), (noisy, context))
     )
     np.testing.assert_allclose(loud.A[60:, 60:], quiet.A[60:, 60:], atol=1e-6)
@@ -154,23 +150,6 @@ def whole_tick(situation, blocks, motion):
     blocks.coordinates.move(context, motion)
     context.SetDiscreteState(situation.diagram.EvalUniquePeriodicDiscreteUpdate(context))
     return blocks.coordinates.difference(context, situation.context)
-
-
-def test_with_servo_gains_autodiff_and_differences_agree_on_the_plant(standing):
-    """The servos' gains are those of the simulation in both."""
-    exact, differences = (
-        linear_blocks(standing.diagram, standing.context, [], [], autodiff=autodiff)
-        for autodiff in (True, False)
-    )
-    plant, other = (
-        next(j for j in blocks.jacobians if "plant" in j.states) for blocks in (exact, differences)
-    )
-    assert (plant.method, other.method) == ("AutoDiff", "differences")
-    n, torques = plant.dimension, len(JOINTS)
-    edges = [0, n, n + torques, n + 2 * torques, n + 3 * torques]
-    for first, last in itertools.pairwise(edges):
-        found, by_differences = (j.matrix[:n, first:last] for j in (plant, other))
-        assert np.abs(found - by_differences).max() <= 1e-5 * np.abs(found).max()
 
 
 def ideal_force_loop(delta: float):
@@ -229,34 +208,6 @@ def test_the_poles_of_the_ideal_force_loop(delta):
     np.testing.assert_allclose(control.dcgain(model), gain, atol=1e-9)
 
 
-ALGEBRAIC = (
-    "imu_stabilizer",
-    "force_distribution",
-    "force_control_l",
-    "force_control_r",
-    "com_dynamics_l",
-    "com_dynamics_r",
-)
-
-
-@pytest.mark.parametrize("at", ["standing", "on_left"])
-def test_autodiff_and_differences_agree_on_every_algebraic_block(at, request):
-    point = request.getfixturevalue(at)
-    exact, differences = (
-        linear_blocks(point.diagram, point.context, [], [], autodiff=autodiff)
-        for autodiff in (True, False)
-    )
-    found = set()
-    for jacobian, other in zip(exact.jacobians, differences.jacobians, strict=True):
-        name = jacobian.group[0].split(".")[-1]
-        if name in ALGEBRAIC:
-            found.add(name)
-            assert (jacobian.method, other.method) == ("AutoDiff", "differences")
-            scale = max(1.0, np.abs(jacobian.matrix).max())
-            np.testing.assert_allclose(jacobian.matrix / scale, other.matrix / scale, atol=1e-6)
-    assert found == set(ALGEBRAIC)
-
-
 @pytest.mark.parametrize("name", ["imu_stabilizer", "com_dynamics_l"])
 def test_drakes_own_linearize_takes_an_algebraic_block(on_left, name):
     block = on_left.diagram.GetSubsystemByName("controller").GetSubsystemByName(name)
@@ -274,29 +225,15 @@ def test_drakes_own_linearize_takes_an_algebraic_block(on_left, name):
         equilibrium_check_tolerance=1e3,
     )
     ours = lola.linearize(block, signal, block.get_output_port(0).get_name(), context)
-    np.testing.assert_allclose(ours.A, drakes.A(), atol=1e-12)
-    np.testing.assert_allclose(ours.B, drakes.B(), atol=1e-12)
-    np.testing.assert_allclose(ours.D, drakes.D(), atol=1e-12)
+    for found, expected in ((ours.A, drakes.A()), (ours.B, drakes.B()), (ours.D, drakes.D())):
+        scale = np.abs(expected).max(initial=1.0)
+        np.testing.assert_allclose(found / scale, expected / scale, atol=1e-8)
 
 
 def test_the_full_loop_has_hundreds_of_states(standing):
     model = lola.linearize(standing.diagram, [], [], standing.context)
     assert model.nstates > 190
     assert model.operating_point.held == ("contact_switches", "controller.walking_pattern")
-
-
-@pytest.mark.parametrize(
-    ("system", "message"),
-    [
-        (chain(Filter(), AbstractState()), "block1 cannot be linearised: it has abstract state"),
-        (chain(Filter(), Integrator(1)), "block1 cannot be linearised: it has continuous state"),
-        (chain(Filter(), Failing()), "block1 cannot be evaluated: condition 'x > 0' failed"),
-        (chain(Filter(), Filter(period=2e-3)), "different periods"),
-    ],
-)
-def test_a_block_that_cannot_be_linearised_is_one_clear_error(system, message):
-    with pytest.raises(AnalysisError, match=message):
-        lola.linearize(system, "u", [], fixed_context(system))
 
 
 def test_a_system_in_which_nothing_moves_has_no_states():
@@ -339,3 +276,40 @@ def test_an_operating_point_that_is_not_in_equilibrium_is_one_clear_error():
 def test_a_signal_that_is_unknown_or_still_is_one_clear_error(standing, inputs, outputs, message):
     with pytest.raises(AnalysisError, match=message):
         lola.linearize(standing.diagram, inputs, outputs, standing.context)
+
+
+@pytest.mark.filterwarnings("ignore:Badly conditioned")
+def test_a_minimal_model_is_python_controls_and_the_transfer_function():
+    """A filter beside the path, and one that nothing reads; what is left is the textbook's."""
+    diagram = chain(Filter(0.1), Filter(0.2), Filter(0.3))
+    whole = lola.linearize(diagram, "u", "block1.y", fixed_context(diagram))
+    model = lola.linearize(diagram, "u", "block1.y", fixed_context(diagram), minimal=True)
+    z = np.exp(1j * np.linspace(0.01, 3.1, 20))
+    textbook = 0.1 / (z - 0.9) * 0.2 / (z - 0.8)
+    theirs = control.minreal(control.tf(whole), verbose=False)
+    assert (whole.nstates, model.nstates, len(theirs.poles())) == (3, 2, 2)
+    np.testing.assert_allclose(model(z), textbook, rtol=1e-8)
+    np.testing.assert_allclose(theirs(z), textbook, rtol=1e-5)
+
+
+def test_labels_have_units_and_are_names(standing):
+    names = ("desired_wrench.wrench_l.F_z", "torso_orientation.phi.x")
+    model = lola.linearize(standing.diagram, names[0], names[1], standing.context, minimal=True)
+    assert model.input_labels == ["desired_wrench/wrench_l/F_z (N)"]
+    assert model.output_labels == ["torso_orientation/phi/x (rad)"]
+    again = lola.linearize(
+        standing.diagram, model.input_labels, model.output_labels, standing.context, minimal=True
+    )
+    np.testing.assert_array_equal(again.B, model.B)
+
+
+def test_a_drift_counts_relative_to_what_is_a_lot(standing):
+    """5 N are a twentieth of a lot, 5 rad would be fifty times more than a lot."""
+    context = standing.context.Clone()
+    sensor = standing.diagram.GetSubsystemByName("foot_force_sensor")
+    own = own_context(sensor, context)
+    set_discrete_state(own, discrete_state(own) + 5.0)
+    blocks = linear_blocks(standing.diagram, context, [], [])
+    at = [i for i, n in enumerate(blocks.state_names) if n.startswith("foot_force_sensor/F_l")]
+    np.testing.assert_allclose(blocks.relative_drift[at], blocks.drift[at] / 100.0)
+    assert np.abs(blocks.drift[at]).min() > 0.01

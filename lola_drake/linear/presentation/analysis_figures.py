@@ -1,54 +1,56 @@
-"""Pictures of the analyses: Bode, sensitivity, poles and zeros, steps, root locus."""
+"""The picture of an analysis: Bode, Nyquist, S and T, poles and zeros, steps, root locus."""
 
 import numpy as np
-import scipy.linalg
 from matplotlib.axes import Axes
-from matplotlib.cm import ScalarMappable
-from matplotlib.colors import LogNorm, Normalize
 from matplotlib.figure import Figure
 
 from lola_drake.figures.style import add_title
-from lola_drake.linear.frequency import Response, frequency_response
-from lola_drake.linear.margins import one_loop
-from lola_drake.linear.presentation.look import COLOURS, FAINT, INK, LIMIT, MAP, in_look
-from lola_drake.linear.studies.analyses import Analysis, Locus, step_response
+from lola_drake.linear.frequency import Response, frequency_grid, frequency_response
+from lola_drake.linear.margins import Margins, disk_gain, one_loop
+from lola_drake.linear.presentation.look import COLOURS, FAINT, INK, LIMIT, in_look
+from lola_drake.linear.presentation.pole_figures import draw_s_plane, draw_z_plane
+from lola_drake.linear.studies.analyses import Analysis, settled_step
 from lola_drake.linear.studies.tables import contact_responses, controllers_gradient
 from lola_drake.robot import PADS
 from lola_drake.theory.contact_model import contact_matrix
 
-SHOWN = np.geomspace(0.05, 500.0, 400)
-"""Frequencies of the Bode plots (Hz)."""
+LOWEST = 0.05
+"""Lowest frequency of the Bode plots (Hz)."""
 
-QUIETEST = 0.1
-"""A loop whose gain is below this everywhere is left out of the pictures."""
+FINE = 0.03
+"""How far a curve moves between two points that are drawn (part of its value)."""
 
-WINDOW = (-160.0, 12.0, 0.0, 45.0)
-"""Part of the s-plane that is shown: real part (1/s) and frequency (Hz)."""
+REACH = 2.6
+"""How far from zero a Nyquist curve is shown."""
 
 
 @in_look
 def analysis_figure(analysis: Analysis) -> Figure:
     """Return the picture of an analysis."""
-    figure = Figure(figsize=(12.0, 6.4), layout="constrained")
-    title = (
-        f"{analysis.name}: {analysis.definition.doc} ({analysis.workpoint.situation.description})"
-    )
-    add_title(figure, title)
-    axes = figure.subplots(2, 3, width_ratios=(1.2, 1.0, 1.0))
-    curves = _curves(analysis)
-    draw_bode(axes[0, 0], axes[1, 0], curves)
-    axes[0, 0].set_title("open loop" if analysis.loops else "response")
-    draw_poles_and_zeros(axes[0, 1], analysis)
-    if analysis.locus:
-        draw_locus(axes[1, 1], analysis.locus)
-    draw_steps(axes[0, 2], analysis)
+    right = bool(analysis.loops) or analysis.name == "contact"
+    figure = Figure(figsize=(16.0 if right else 12.0, 7.2), layout="constrained")
+    place = analysis.workpoint.situation.description
+    add_title(figure, f"{analysis.name}: {analysis.definition.doc} ({place})")
+    grid = figure.add_gridspec(6, 4 if right else 3)
+    curves, note = _curves(analysis)
+    gain, phase = (figure.add_subplot(grid[rows, 0]) for rows in _shares(2))
+    draw_bode(gain, phase, curves)
+    gain.set_title(note, fontsize=8.5)
+    draw_z_plane(figure.add_subplot(grid[:3, 1]), analysis)
+    draw_s_plane(figure.add_subplot(grid[3:, 1]), analysis)
+    for k, rows in enumerate(_shares(len(analysis.definition.steps))):
+        draw_step(figure.add_subplot(grid[rows, 2]), analysis, k)
     if analysis.loops:
-        draw_sensitivity(axes[1, 2], curves)
-    elif analysis.name == "contact":
-        draw_contact(axes[1, 2], analysis)
-    else:
-        axes[1, 2].set_axis_off()
+        draw_nyquist(figure.add_subplot(grid[:3, 3]), curves)
+        draw_sensitivity(figure.add_subplot(grid[3:, 3]), curves)
+    elif right:
+        draw_contact(figure.add_subplot(grid[:3, 3]), analysis)
     return figure
+
+
+def _shares(count: int) -> list[slice]:
+    """Return the rows of a grid of six for one, two or three pictures above each other."""
+    return [slice(6 // count * k, 6 // count * (k + 1)) for k in range(count)]
 
 
 def draw_bode(gain: Axes, phase: Axes, curves: dict[str, Response]) -> None:
@@ -57,7 +59,9 @@ def draw_bode(gain: Axes, phase: Axes, curves: dict[str, Response]) -> None:
         values = response.values.ravel()
         gain.semilogx(response.frequencies, _dB(values), color=colour, label=name)
         angle = np.degrees(np.unwrap(np.angle(values)))
-        angle -= 360.0 * np.round(angle[len(angle) // 3] / 360.0)
+        # At 1 Hz between -270 and 90 deg.
+        middle = angle[np.abs(np.log(response.frequencies)).argmin()]
+        angle -= 360.0 * np.ceil((middle - 90.0) / 360.0)
         phase.semilogx(response.frequencies, angle, color=colour)
     gain.axhline(0.0, color=FAINT, lw=0.8)
     gain.set(ylabel="gain (dB)", ylim=(max(gain.get_ylim()[0], -80.0), None))
@@ -65,64 +69,54 @@ def draw_bode(gain: Axes, phase: Axes, curves: dict[str, Response]) -> None:
     phase.set(xlabel="frequency (Hz)", ylabel="phase (deg)", ylim=(-540, 200))
     phase.set_yticks(np.arange(-540, 181, 90))
     # The phase falls towards the right: its lower left is free.
-    phase.legend(*gain.get_legend_handles_labels(), loc="lower left")
+    phase.legend(*gain.get_legend_handles_labels(), loc="lower left", fontsize=7)
+
+
+def draw_nyquist(axes: Axes, curves: dict[str, Response]) -> None:
+    """Draw the loops in the plane of L, and the disk that the most critical one touches."""
+    angle = np.linspace(0, 2 * np.pi, 200)
+    axes.plot(np.cos(angle), np.sin(angle), color=FAINT, lw=0.6, ls=":")
+    for colour, response in zip(COLOURS, curves.values(), strict=False):
+        L = response.values.ravel()
+        axes.plot(L.real, L.imag, color=colour)
+    disk = min(_disk(response) for response in curves.values())
+    low, high = disk_gain(disk)
+    if np.isfinite(high):
+        centre, radius = -(1 / low + 1 / high) / 2, (1 / low - 1 / high) / 2
+        axes.fill(
+            centre + radius * np.cos(angle), radius * np.sin(angle), color=LIMIT, alpha=0.15, lw=0
+        )
+    axes.plot(-1, 0, "+", color=LIMIT, ms=8, mew=1.4)
+    axes.set(aspect="equal", xlim=(-REACH, REACH), ylim=(-REACH, REACH))
+    axes.set(xlabel="real part of L", ylabel="imaginary part")
+    axes.set_title(f"Nyquist, and the disk of {disk:.3g} around -1", fontsize=8.5)
 
 
 def draw_sensitivity(axes: Axes, curves: dict[str, Response]) -> None:
-    """Draw the gain of S = 1/(1 + L); its peak is the inverse distance of L from -1."""
+    """Draw the gains of S and T; the peak of S is the inverse distance of L from -1."""
     for colour, response in zip(COLOURS, curves.values(), strict=False):
-        axes.semilogx(response.frequencies, _dB(1 / (1 + response.values.ravel())), color=colour)
+        L = response.values.ravel()
+        axes.semilogx(response.frequencies, _dB(1 / (1 + L)), color=colour)
+        axes.semilogx(response.frequencies, _dB(L / (1 + L)), color=colour, ls="--", lw=0.8)
     axes.axhline(6.0, color=LIMIT, lw=0.8, ls=":")
-    axes.set(title="sensitivity 1/(1 + L)", xlabel="frequency (Hz)", ylabel="gain (dB)")
-    axes.set_ylim(-30, None)
+    axes.set(xlabel="frequency (Hz)", ylabel="gain (dB)", ylim=(-40, None))
+    axes.set_title("S = 1/(1 + L), dashed T = L/(1 + L)", fontsize=8.5)
 
 
-def draw_poles_and_zeros(axes: Axes, analysis: Analysis) -> None:
-    """Draw poles of the model, and zeros from its first input to its first output."""
-    s = _s(np.array([pole.z for pole in analysis.poles]))
-    axes.plot(s.real, s.imag / (2 * np.pi), "x", color=INK, ms=5, mew=1.2, label="poles")
-    zeros = _zeros(analysis)
-    axes.plot(
-        zeros.real, zeros.imag / (2 * np.pi), "o", mfc="none", color=COLOURS[0], ms=5, label="zeros"
-    )
-    _s_plane(axes)
-    axes.set_title(f"poles; zeros of {analysis.model.output_labels[0]}", fontsize=8.5)
-    axes.legend(loc="center left", bbox_to_anchor=(0.0, 0.75))
-
-
-def draw_locus(axes: Axes, locus: Locus) -> None:
-    """Draw the poles over a parameter, from dark to light; the nominal value is circled."""
-    spread = locus.values[0] > 0 and locus.values[-1] / locus.values[0] > 4
-    norm = (LogNorm if spread else Normalize)(locus.values[0], locus.values[-1])
-    colours = ScalarMappable(norm, MAP)
-    for value, z in zip(locus.values, locus.poles, strict=True):
-        s = _s(z)
-        axes.plot(s.real, s.imag / (2 * np.pi), "o", ms=3.5, mew=0, color=colours.to_rgba(value))
-        if np.isclose(value, locus.nominal):
-            axes.plot(s.real, s.imag / (2 * np.pi), "o", mfc="none", color=INK, ms=6, mew=0.7)
-    bar = axes.figure.colorbar(colours, ax=axes, label=locus.key, pad=0.01)
-    bar.set_ticks(locus.values, labels=[f"{value:g}" for value in locus.values])
-    bar.ax.minorticks_off()
-    _s_plane(axes)
-    axes.set_title(f"root locus over {locus.key.split('.')[-1]} (nominal circled)")
-
-
-def draw_steps(axes: Axes, analysis: Analysis) -> None:
-    """Draw the response of each output to a step at the input of the same number."""
-    lowest = 0.0
-    for k, (colour, height) in enumerate(zip(COLOURS, analysis.definition.steps, strict=False)):
-        times, outputs = step_response(analysis.model, k, height)
-        moved, answers = analysis.definition.units[k]
-        largest = np.abs(outputs[:, k]).max() or 1.0
-        name = analysis.model.input_labels[k].split("/")[-1]
-        label = f"{name}: {height:g} {moved}, at most {largest:.2g} {answers}"
-        axes.plot(1e3 * times, outputs[:, k] / largest, color=colour, label=label)
-        lowest = min(lowest, (outputs[:, k] / largest).min())
+def draw_step(axes: Axes, analysis: Analysis, k: int) -> None:
+    """Draw the response of one output to a step at the input of the same number."""
+    height = analysis.definition.steps[k]
+    moved, answers = analysis.definition.units[k]
+    times, outputs, settled = settled_step(analysis.model, k, height)
+    axes.plot(1e3 * times, outputs[:, k], color=COLOURS[k % len(COLOURS)])
     axes.axhline(0.0, color=FAINT, lw=0.8)
-    axes.set(title="steps, each over its largest value", xlabel="time (ms)")
-    # Above 1 there is room for the legend alone.
-    axes.set(ylim=(lowest - 0.1, 1.1 + 0.45 * (1.1 - lowest)), yticks=_halves(lowest))
-    axes.legend(loc="upper right")
+    inputs, names = analysis.model.input_labels, analysis.model.output_labels
+    axes.set_title(
+        f"{_short(inputs[k], 1)} + {height:g} {moved}{'' if settled else ', not settled'}",
+        fontsize=8.5,
+    )
+    axes.set(ylabel=f"{_short(names[k], 2)} ({answers})", xlabel="time (ms)")
+    axes.ticklabel_format(axis="y", style="sci", scilimits=(-2, 3))
 
 
 def draw_contact(axes: Axes, analysis: Analysis) -> None:
@@ -143,68 +137,63 @@ def draw_contact(axes: Axes, analysis: Analysis) -> None:
     axes.legend(loc="upper right")
 
 
-def _curves(analysis: Analysis) -> dict[str, Response]:
-    """Return the responses to draw: of every loop with the others closed, or of the model."""
+def _curves(analysis: Analysis) -> tuple[dict[str, Response], str]:
+    """Return the responses to draw, and a line that says which they are.
+
+    Those of the loops of least disk margin, each with the others closed; or those of the model.
+    """
+    model = analysis.model
     if not analysis.loops:
-        response = frequency_response(analysis.model, SHOWN).values
-        n = min(response.shape[1:])
-        return {
-            _short(analysis.model.output_labels[k]): Response(SHOWN, response[:, k, k])
-            for k in range(n)
-        }
-    found = {}
+        pairs = range(min(model.ninputs, model.noutputs))
+        return {_short(model.output_labels[k]): _response(model[k, k]) for k in pairs}, "response"
+    ranked: list[tuple[Margins, Response]] = []
     for loop in analysis.loops:
-        for k, name in enumerate(loop.transfer.input_labels):
-            response = frequency_response(one_loop(loop.transfer, k), SHOWN)
-            if np.abs(response.values).max() > QUIETEST and not _is_among(response, found):
-                found[_short(name)] = response
-    return dict(list(found.items())[: len(COLOURS)])
+        for k, margins in enumerate(loop.margins):
+            ranked.append((margins, _response(one_loop(loop.transfer, k))))
+    ranked.sort(key=lambda found: found[0].disk)
+    shown: dict[str, Response] = {}
+    for margins, response in ranked:
+        if len(shown) < len(COLOURS) and not _is_among(response, shown):
+            shown[f"{_short(margins.name)}: {margins.disk:.2g}"] = response
+    if len(shown) == len(ranked):
+        return shown, f"all {len(ranked)} loops, and their disk margins"
+    return (
+        shown,
+        f"{len(shown)} of {len(ranked)} loops: the others lie on these, or are more robust",
+    )
+
+
+def _response(system) -> Response:
+    """Return the response at as many frequencies as a picture needs."""
+    grid = frequency_grid(system)
+    response = frequency_response(system, grid[grid >= LOWEST])
+    values = np.log(response.values.ravel() + 1e-300)
+    track = values + np.log(response.frequencies)
+    kept, last = [], np.inf
+    for k, value in enumerate(track):
+        if abs(value - last) > FINE or k == len(track) - 1:
+            kept.append(k)
+            last = value
+    return Response(response.frequencies[kept], response.values[kept])
 
 
 def _is_among(response: Response, others: dict[str, Response]) -> bool:
     """Return whether a response lies on another one, such as that of the other foot."""
-    return any(np.allclose(response.values, other.values, rtol=1e-2) for other in others.values())
+    x, y = np.log(response.frequencies), response.values.ravel()
+    for other in others.values():
+        at = np.interp(x, np.log(other.frequencies), other.values.ravel())
+        if np.allclose(at, y, rtol=0.03, atol=0.01 * np.abs(y).max()):
+            return True
+    return False
 
 
-def _halves(lowest: float) -> np.ndarray:
-    """Return the multiples of a half from a number up to 1."""
-    return np.arange(np.ceil(2 * lowest), 3) / 2
+def _disk(response: Response) -> float:
+    L = response.values.ravel()
+    return float(2 / np.abs((1 - L) / (1 + L)).max())
 
 
-def _zeros(analysis: Analysis) -> np.ndarray:
-    """Return the zeros from the first input to the first output, in the s-plane."""
-    model = analysis.model
-    pencil = np.block([[model.A, model.B[:, :1]], [model.C[:1], model.D[:1, :1]]])
-    mass = scipy.linalg.block_diag(np.eye(model.nstates), np.zeros((1, 1)))
-    z = scipy.linalg.eigvals(pencil, mass)
-    return _s(z[np.isfinite(z) & (np.abs(z) < 2)])
-
-
-def _s(z: np.ndarray) -> np.ndarray:
-    """Return the poles of the z-plane that are seen in the window of the s-plane.
-
-    Those that lie on each other there appear once.
-    """
-    s = np.log(z[np.abs(z) > 1e-6].astype(complex)) * 1e3
-    low, high, bottom, top = WINDOW
-    frequency = s.imag / (2 * np.pi)
-    seen = (s.real >= low) & (s.real <= high) & (frequency >= bottom) & (frequency <= top)
-    return np.unique((2 * s[seen]).round() / 2)
-
-
-def _s_plane(axes: Axes) -> None:
-    low, high, bottom, top = WINDOW
-    axes.axvline(0.0, color=LIMIT, lw=0.8)
-    for damping in (0.1, 0.3, 0.7):
-        imaginary = 2 * np.pi * top
-        real = -damping / np.sqrt(1 - damping**2) * imaginary
-        axes.plot([0, real], [0, top], color=FAINT, lw=0.6, ls=":")
-    axes.set(xlim=(low, high), ylim=(bottom, top))
-    axes.set(xlabel="real part of s (1/s)", ylabel="imaginary part (Hz)")
-
-
-def _short(label: str) -> str:
-    return "/".join(label.split("/")[-3:])
+def _short(label: str, parts: int = 3) -> str:
+    return "/".join(label.split(" ")[0].split("/")[-parts:])
 
 
 def _dB(values: np.ndarray) -> np.ndarray:

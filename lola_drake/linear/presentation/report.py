@@ -2,7 +2,6 @@
 
 import math
 
-from lola_drake.linear.frequency import LOWEST
 from lola_drake.linear.margins import Margins, disk_gain, disk_phase
 from lola_drake.linear.poles import Pole
 from lola_drake.linear.studies.analyses import Analysis, Loop
@@ -63,9 +62,9 @@ def margin_table(loop: Loop) -> Table:
             _at(m.gain_up, m.gain_up_frequency),
             _at(m.gain_down, m.gain_down_frequency),
             _at(m.phase, m.phase_frequency, " deg"),
-            f"{1e3 * m.delay:.1f} ms" if math.isfinite(m.delay) else "any",
+            _at(1e3 * m.delay, m.delay_frequency, " ms"),
             _at(m.disk, m.disk_frequency),
-            f"{m.peak_sensitivity:.2f}",
+            _at(m.peak_sensitivity, m.peak_sensitivity_frequency),
         )
         for m in loop.margins
     )
@@ -129,7 +128,7 @@ def _at(value: float, frequency: float, unit: str = "") -> str:
     """Return a margin and where it is reached; `any` where it is never reached."""
     if not math.isfinite(value) or not math.isfinite(frequency):
         return "any"
-    return f"{value:.2f}{unit} ({frequency if frequency > LOWEST else 0:.3g} Hz)"
+    return f"{value:.{2 if value >= 0.1 else 4}f}{unit} ({frequency:.3g} Hz)"
 
 
 def _damping(pole: Pole) -> float:

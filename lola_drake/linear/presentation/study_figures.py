@@ -10,7 +10,7 @@ from lola_drake.linear.frequency import Response
 from lola_drake.linear.presentation.look import COLOURS, FAINT, INK, LIMIT, in_look
 from lola_drake.linear.studies.flexible_torso import FlexibleTorso
 from lola_drake.linear.studies.map_kinds import DELTA, GAIN, SETTINGS
-from lola_drake.linear.studies.poincare import StrideMap
+from lola_drake.linear.studies.poincare import MOTION, PLACE, POSTURE, StrideMap
 from lola_drake.linear.studies.stability_map import StabilityMap, finer
 
 GROWTHS = (-1.0, -0.5, -0.2, -0.1, 0.0, 1.0, 5.0, 20.0, 100.0)
@@ -19,8 +19,8 @@ GROWTHS = (-1.0, -0.5, -0.2, -0.1, 0.0, 1.0, 5.0, 20.0, 100.0)
 UNSTABLE, ENDLESS = "#d8dbe0", 1e9
 """Colour of what is unstable, and a growth that nothing reaches (1/s)."""
 
-LARGEST = 6
-"""How many multipliers are named."""
+LARGEST, SMALLEST = 6, 1e-5
+"""How many multipliers are named, and what counts as zero among them."""
 
 
 @in_look
@@ -76,7 +76,7 @@ def _mark_settings(axes: Axes, result: StabilityMap, x: np.ndarray, y: np.ndarra
     keys = (result.kind.x.key, result.kind.y.key)
     for (name, setting), (marker, dashes) in zip(SETTINGS.items(), _MARKS, strict=True):
         delta, gain = 1e3 * setting[DELTA], setting[GAIN]
-        label = f"{name}: δ {delta:g} ms, g_a {gain:g}"
+        label = f"paper's {name}: δ {delta:g} ms, g_a {gain:g}"
         if keys == (DELTA, GAIN):
             axes.plot(delta, gain, marker, color=INK, mfc="white", ms=7, clip_on=False)
             axes.annotate(
@@ -88,11 +88,13 @@ def _mark_settings(axes: Axes, result: StabilityMap, x: np.ndarray, y: np.ndarra
                 bbox={"facecolor": "white", "alpha": 0.75, "edgecolor": "none", "pad": 1.5},
             )
         elif DELTA in keys:
-            axes.axvline(delta, color=INK, lw=1.0, ls=dashes, label=f"{name}: δ {delta:g} ms")
+            axes.axvline(
+                delta, color=INK, lw=1.0, ls=dashes, label=f"paper's {name}: δ {delta:g} ms"
+            )
         else:
             rates = [finer(rate) for rate in result.setting_rates[name]]
             _draw_border(axes, x, y, rates, colors=INK, linewidths=1.0, linestyles=[dashes])
-            axes.plot([], [], color=INK, lw=1.0, ls=dashes, label=f"border, {label}")
+            axes.plot([], [], color=INK, lw=1.0, ls=dashes, label=f"border with the {label}")
     if keys != (DELTA, GAIN):
         axes.legend(loc="upper right", frameon=True, framealpha=0.85, edgecolor="none", fontsize=7)
 
@@ -104,30 +106,40 @@ _MARKS = (("o", "-"), ("s", "--"))
 @in_look
 def multipliers_figure(maps: dict[str, StrideMap]) -> Figure:
     """Return the Floquet multipliers of several variants of a gait, in the unit circle."""
-    figure = Figure(figsize=(10.0, 4.4), layout="constrained")
+    figure = Figure(figsize=(11.0, 5.2), layout="constrained")
     first = next(iter(maps.values()))
     add_title(figure, f"Floquet multipliers of {first.section.scenario.name}, stride to stride")
-    plane, bars = figure.subplots(1, 2, width_ratios=(1.0, 1.4))
-    angle = np.linspace(0, 2 * np.pi, 200)
-    plane.plot(np.cos(angle), np.sin(angle), color=LIMIT, lw=0.9)
+    plane = figure.add_subplot(1, 2, 1, projection="polar")
+    bars = figure.add_subplot(1, 2, 2)
     for k, (colour, (name, stride)) in enumerate(zip(COLOURS, maps.items(), strict=False)):
         found = stride.multipliers()
-        for neutral, face in ((False, colour), (True, "none")):
-            values = np.array([m.value for m in found if m.neutral == neutral])
-            label = None if neutral else f"{name}: largest {stride.radius:.2f}"
-            both = np.concatenate([values, values.conj()])
-            plane.plot(both.real, both.imag, "o", color=colour, mfc=face, ms=5, label=label)
-        named = [m for m in found if not m.neutral][:LARGEST]
+        for kind, marker in _KINDS.items():
+            values = np.array([m.value for m in found if m.kind == kind], dtype=complex)
+            values = np.concatenate([values, values.conj()])
+            radius = np.log10(np.maximum(np.abs(values), SMALLEST))
+            label = f"{name}, {kind}: largest {stride.largest(kind):.2g}"
+            plane.plot(
+                np.angle(values), radius, marker, color=colour, mfc="none", ms=5, label=label
+            )
+        named = [m for m in found if m.kind == MOTION and abs(m.value) > SMALLEST][:LARGEST]
         rows = -np.arange(len(named)) - 0.36 * k
         bars.barh(rows, [abs(m.value) for m in named], 0.34, color=colour, label=name)
         for row, m in zip(rows, named, strict=True):
-            bars.text(abs(m.value) + 0.01, row, m.dominating, fontsize=6.5, va="center")
-    plane.set(aspect="equal", xlabel="real part", ylabel="imaginary part")
-    plane.set_title("hollow: place and heading")
-    plane.legend(loc="lower center", bbox_to_anchor=(0.5, 0.15))
-    bars.set(title="the largest, and whose they are", xlabel="magnitude", yticks=[], xlim=(0, 1))
+            bars.text(1.1 * abs(m.value), row, m.dominating, fontsize=6.5, va="center")
+    decades = range(round(np.log10(SMALLEST)), 1)
+    plane.set_rlim(decades[0], 0.2)
+    plane.set_rticks(list(decades), labels=[f"$10^{{{d}}}$" if d else "1" for d in decades])
+    plane.plot(np.linspace(0, 2 * np.pi, 200), np.zeros(200), color=LIMIT, lw=0.9)
+    plane.set_title("all, over a logarithmic radius")
+    plane.legend(loc="upper center", bbox_to_anchor=(0.5, -0.08), fontsize=7)
+    bars.set(title="the largest of torso, CoM and legs, and whose they are")
+    bars.set(xlabel="magnitude", yticks=[], xscale="log", xlim=(SMALLEST, 10.0))
     bars.legend(loc="lower right")
     return figure
+
+
+_KINDS = {MOTION: "o", POSTURE: "x", PLACE: "s"}
+"""Marker of each kind of multiplier."""
 
 
 @in_look

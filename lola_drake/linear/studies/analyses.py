@@ -6,7 +6,7 @@ import control
 import numpy as np
 
 from lola_drake.linear.linearize import state_space
-from lola_drake.linear.margins import Margins, MatrixMargins, loop_margins, matrix_margins
+from lola_drake.linear.margins import Margins, MatrixMargins, margins
 from lola_drake.linear.open_loop import negated
 from lola_drake.linear.poles import Pole, poles
 from lola_drake.linear.studies.named_analyses import NamedAnalysis, named_analysis
@@ -15,8 +15,11 @@ from lola_drake.linear.studies.text_table import Table
 from lola_drake.linear.studies.workpoint import Workpoint, make_workpoint
 from lola_drake.scenario import Scenario
 
-SHOWN_STEP = 0.5
-"""Length of a step response (s)."""
+SHOWN_STEP, LONGEST_STEP = 0.5, 5.0
+"""Length of a step response (s): that of one which does not settle, and in which it must."""
+
+SETTLED = 0.02
+"""What is left of a step response when it has settled, relative to its largest value."""
 
 
 @dataclass(frozen=True)
@@ -32,7 +35,7 @@ class Loop:
 
     signal: str
     transfer: control.StateSpace
-    margins: list[Margins]
+    margins: tuple[Margins, ...]
     together: MatrixMargins | None
 
 
@@ -125,8 +128,8 @@ def open_at(workpoint: Workpoint, signal: str) -> Loop:
     """Return the loop of a workpoint opened at a signal."""
     at = workpoint.select([signal])
     transfer = negated(state_space(workpoint.blocks, at, at, at, minimal=True))
-    together = matrix_margins(transfer) if transfer.ninputs > 1 else None
-    return Loop(signal, transfer, loop_margins(transfer), together)
+    found = margins(transfer)
+    return Loop(signal, transfer, found.each, found.together if len(found.each) > 1 else None)
 
 
 def root_locus(workpoint: Workpoint, how: NamedAnalysis) -> Locus:
@@ -148,6 +151,23 @@ def step_response(
         rows.append(model.C @ x + model.D[:, k] * height)
         x = model.A @ x + model.B[:, k] * height
     return model.dt * np.arange(count), np.array(rows)
+
+
+def settled_step(
+    model: control.StateSpace, k: int, height: float
+) -> tuple[np.ndarray, np.ndarray, bool]:
+    """Return a step response until output k has settled, and whether it has.
+
+    It has when it stays within `SETTLED` of its largest motion around where it ends.
+    """
+    times, outputs = step_response(model, k, height, LONGEST_STEP)
+    away = np.abs(outputs[:, k] - outputs[-1, k])
+    moving = np.flatnonzero(away > SETTLED * np.abs(outputs[:, k]).max())
+    last = moving[-1] if moving.size else 0
+    # What moves to within the last fifth ends nowhere.
+    settled = last < 0.8 * len(times)
+    count = max(round(1.3 * last), 50) if settled else round(SHOWN_STEP / model.dt)
+    return times[:count], outputs[:count], bool(settled)
 
 
 def value_of(scenario: Scenario, key: str) -> float:

@@ -1,5 +1,6 @@
 """What the stability maps are over: the axes, and the paper's two settings."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -37,11 +38,10 @@ class Axis:
     factor: float = 1.0
     over: str | None = None
 
-    def shown(self, scenario: Scenario) -> np.ndarray:
-        """Return what is shown for the values, shape (n,)."""
-        if self.over:
-            return value_of(scenario, self.over) / np.array(self.values)
-        return self.factor * np.array(self.values)
+    def shown(self, scenario: Scenario, values: Sequence[float] | None = None) -> np.ndarray:
+        """Return what is shown for the axis's values, or for others; shape (n,)."""
+        values = np.array(self.values if values is None else values)
+        return value_of(scenario, self.over) / values if self.over else self.factor * values
 
 
 @dataclass(frozen=True)

@@ -57,6 +57,11 @@ counts as forgotten: the differences that are flown are not more exact."""
 SHOWN = 12
 """How many multipliers are listed."""
 
+PLACE, POSTURE, MOTION = "place and heading", "posture", "motion"
+"""Kinds of multipliers: of the robot's place and heading, which nothing pulls back; of the posture
+that the inverse kinematics forgets by its own law, whatever the robot does; and of the rest, torso,
+CoM and legs, whose motion is what a gait's stability is about."""
+
 
 @dataclass(frozen=True)
 class Multiplier:
@@ -65,12 +70,12 @@ class Multiplier:
     Attributes:
         value: by which a motion is multiplied in a stride.
         dominating: the state that takes part in it most.
-        neutral: whether it is the robot's place or heading, which nothing pulls back.
+        kind: `PLACE`, `POSTURE` or `MOTION`.
     """
 
     value: complex
     dominating: str
-    neutral: bool
+    kind: str
 
 
 @dataclass(frozen=True)
@@ -95,23 +100,27 @@ class StrideMap:
         """Return the multipliers, largest first; pairs appear once."""
         values, left, right = scipy.linalg.eig(self.matrix, left=True, right=True)
         part = np.abs(left.conj() * right)
-        place = neutral(self.names)
+        kinds = {
+            PLACE: neutral(self.names),
+            POSTURE: np.array(["/inverse_kinematics/" in f"/{name}" for name in self.names]),
+        }
         order = [i for i in np.argsort(-np.abs(values)) if values[i].imag >= 0]
         found = []
         for i in order:
-            share = part[place, i].sum() / max(part[:, i].sum(), 1e-300)
+            half = 0.5 * part[:, i].sum()
+            kind = next((k for k, of in kinds.items() if part[of, i].sum() > half), MOTION)
             name = self.names[int(part[:, i].argmax())]
-            found.append(Multiplier(complex(values[i]), name, bool(share > 0.5)))
+            found.append(Multiplier(complex(values[i]), name, kind))
         return found
 
     def as_text(self) -> str:
         """Return how it was found, and the largest multipliers."""
         section, tried = self.section, self.convergence.items()
         rows = tuple(
-            (f"{m.value:.4f}", f"{abs(m.value):.4f}", "neutral" if m.neutral else "", m.dominating)
+            (f"{m.value:.4f}", f"{abs(m.value):.4f}", m.kind, m.dominating)
             for m in self.multipliers()[:SHOWN]
         )
-        table = Table("Floquet multipliers", ("value", "magnitude", "", "dominated by"), rows)
+        table = Table("Floquet multipliers", ("value", "magnitude", "of", "dominated by"), rows)
         checks = ", ".join(f"{step:g}: {change:.1e}" for step, change in tried)
         converged = self.convergence[self.step] <= CONVERGED
         return "\n".join(
@@ -121,7 +130,8 @@ class StrideMap:
                 f"change of the differences from step to step: {checks}; step {self.step:g} taken"
                 + ("" if converged else "; NOT converged, the multipliers are a guess"),
                 table.as_text(),
-                f"largest multiplier: {self.radius:.3f}",
+                f"largest multiplier of torso, CoM and legs: {self.radius:.2g}; "
+                f"of the inverse kinematics' own posture: {self.largest(POSTURE):.2g}",
             ]
         )
 
@@ -134,11 +144,12 @@ class StrideMap:
             "step": self.step,
             "convergence": {str(step): change for step, change in self.convergence.items()},
             "radius": self.radius,
+            "posture_radius": self.largest(POSTURE),
             "multipliers": [
                 {
                     "value": [m.value.real, m.value.imag],
                     "dominating": m.dominating,
-                    "neutral": m.neutral,
+                    "kind": m.kind,
                 }
                 for m in self.multipliers()
             ],
@@ -146,8 +157,12 @@ class StrideMap:
 
     @property
     def radius(self) -> float:
-        """Return the largest magnitude of a multiplier that is not neutral."""
-        return max(abs(m.value) for m in self.multipliers() if not m.neutral)
+        """Return the largest magnitude of a multiplier of torso, CoM and legs."""
+        return self.largest(MOTION)
+
+    def largest(self, kind: str) -> float:
+        """Return the largest magnitude of a multiplier of a kind; 0 without any."""
+        return max((abs(m.value) for m in self.multipliers() if m.kind == kind), default=0.0)
 
 
 def stride_map(

@@ -8,6 +8,7 @@ from pydrake.systems.framework import Context
 from lola_drake.linear.errors import AnalysisError
 from lola_drake.linear.isolated import own_context
 from lola_drake.linear.poles import UNSTABLE
+from lola_drake.linear.studies.bisection import border
 from lola_drake.linear.studies.map_kinds import DELTA
 from lola_drake.linear.studies.operating_points import Situation
 from lola_drake.linear.studies.stability_map import growth_rate
@@ -41,10 +42,10 @@ def predicted_border(workpoint: Workpoint, accuracy: float = 0.002) -> float:
         accuracy: relative.
     """
 
-    def unstable(delta: float) -> bool:
-        return growth_rate(workpoint.varied({DELTA: delta})) > UNSTABLE / workpoint.blocks.period
+    def is_stable(delta: float) -> bool:
+        return growth_rate(workpoint.varied({DELTA: delta})) <= UNSTABLE / workpoint.blocks.period
 
-    return _bisect(unstable, accuracy)
+    return _smallest(is_stable, accuracy)
 
 
 def simulated_border(situation: Situation, accuracy: float = 0.02) -> float:
@@ -54,7 +55,7 @@ def simulated_border(situation: Situation, accuracy: float = 0.02) -> float:
         situation: an equilibrium.
         accuracy: relative.
     """
-    return _bisect(lambda delta: swings_up(situation, delta), accuracy)
+    return _smallest(lambda delta: not swings_up(situation, delta), accuracy)
 
 
 def swings_up(situation: Situation, delta: float, duration: float = 1.0) -> bool:
@@ -92,11 +93,8 @@ def with_gain(situation: Situation, name: str, value: float) -> Context:
     return context
 
 
-def _bisect(unstable: Callable[[float], bool], accuracy: float) -> float:
+def _smallest(is_stable: Callable[[float], bool], accuracy: float) -> float:
     low, high = RANGE
-    if unstable(high) or not unstable(low):
+    if is_stable(low) or not is_stable(high):
         raise AnalysisError(f"no border of stability between {low:g} s and {high:g} s")
-    while high > low * (1 + accuracy):
-        middle = (low * high) ** 0.5
-        low, high = (middle, high) if unstable(middle) else (low, middle)
-    return (low * high) ** 0.5
+    return border(is_stable, low, high, accuracy, relative=True)

@@ -11,6 +11,7 @@ from lola_drake.linear.errors import AnalysisError
 from lola_drake.linear.linearize import essential
 from lola_drake.linear.margins import matrix_margins
 from lola_drake.linear.poles import UNSTABLE
+from lola_drake.linear.studies.bisection import border, stable_spans
 from lola_drake.linear.studies.flexible_torso import FlexibleTorso, with_torso
 from lola_drake.linear.studies.map_kinds import DELTA, GAIN, SETTINGS, SHARE, MapKind
 from lola_drake.linear.studies.text_table import Table
@@ -55,6 +56,8 @@ class StabilityMap:
         disk: margin at the force sensors (0 where unstable), shape (y, x).
         settings: what the paper's settings do.
         setting_rates: `rates` with the paper's settings, where delta is on no axis.
+        spans: where along x it is stable, from and to, found by bisection; one list for each y,
+            and the same with the paper's settings by their names ("" for the scenario's own).
     """
 
     kind: MapKind
@@ -65,6 +68,7 @@ class StabilityMap:
     disk: np.ndarray
     settings: dict[str, AtSetting]
     setting_rates: dict[str, np.ndarray]
+    spans: dict[str, list[list[tuple[float, float]]]]
 
     @property
     def growth(self) -> np.ndarray:
@@ -74,19 +78,19 @@ class StabilityMap:
     def as_text(self) -> str:
         """Return where it is stable for every value of y, and what the paper's settings do."""
         x, y = self.kind.x, self.kind.y
-        shown = finer(x.shown(self.scenario))
-        maps = [self.rates, *self.setting_rates.values()]
         rows = []
         for k, value in enumerate(y.shown(self.scenario)):
-            growths = [
-                np.array([finer(rate) for rate in rates[:, k]]).max(axis=0) for rates in maps
-            ]
-            spans = [_spans(shown, growth < 0) for growth in growths]
+            spans = [self._described(found[k]) for found in self.spans.values()]
             rows.append((f"{value:.4g}", *spans, f"{np.nanmax(self.disk[k], initial=0.0):.2f}"))
         others = [f"with the {name}'s δ and g_a" for name in self.setting_rates]
         header = (y.label, f"stable for {x.label}", *others, "best disk margin")
         table = Table(f"{self.kind.doc}, at {self.at}", header, tuple(rows))
         return f"{table.as_text()}\n\n{self._settings_table().as_text()}"
+
+    def _described(self, spans: list[tuple[float, float]]) -> str:
+        """Return ranges along x in the units that are shown."""
+        ends = (np.sort(self.kind.x.shown(self.scenario, span)) for span in spans)
+        return ", ".join(f"{low:.3g} to {high:.3g}" for low, high in ends) or "nowhere"
 
     def _settings_table(self) -> Table:
         """Return what the paper's settings do as a table."""
@@ -118,6 +122,7 @@ class StabilityMap:
             "y": {"key": self.kind.y.key, "values": list(self.kind.y.values)},
             "growth_per_s": _without_nan(self.growth),
             "disk_margin": _without_nan(self.disk),
+            "stable": self.spans,
             "settings": {name: vars(found) for name, found in self.settings.items()},
         }
 
@@ -161,7 +166,7 @@ def stability_map(
         rows.append(row)
         if done:
             done(len(rows), len(kind.y.values))
-    rates, disk, others = zip(*rows, strict=True)
+    rates, disk, others, spans = zip(*rows, strict=True)
     return StabilityMap(
         kind,
         at,
@@ -171,6 +176,7 @@ def stability_map(
         np.array(disk),
         {name: _at_setting(workpoint.varied(changes), torso) for name, changes in SETTINGS.items()},
         {name: np.moveaxis(np.array([row[name] for row in others]), -1, 0) for name in compared},
+        {name: [row[name] for row in spans] for name in ("", *compared)},
     )
 
 
@@ -216,21 +222,28 @@ def _row(
     torso: FlexibleTorso | None,
     at: str,
     compared: dict[str, dict[str, float]],
-) -> tuple[list[np.ndarray], list[float], dict[str, list[np.ndarray]]]:
-    """Return rates and disk margins over x, and the rates with other settings."""
+) -> tuple[list, list, dict[str, list], dict[str, list]]:
+    """Return rates and disk margins over x, the rates with other settings, and stable spans."""
     try:
         workpoint = make_workpoint(scenario, at, _SIGNALS, _SIGNALS)
     except AnalysisError:
         n, unknown = len(kind.x.values), np.full(2, np.nan)
-        return [unknown] * n, [np.nan] * n, {name: [unknown] * n for name in compared}
-    rates, disk, others = [], [], {name: [] for name in compared}
-    for x in kind.x.values:
-        varied = workpoint.varied({kind.x.key: x})
-        rates.append(growth_rates(varied, torso))
-        disk.append(_disk_margin(varied, torso))
-        for name, changes in compared.items():
-            others[name].append(growth_rates(varied.varied(changes), torso))
-    return rates, disk, others
+        nowhere = {name: [] for name in ("", *compared)}
+        return [unknown] * n, [np.nan] * n, {name: [unknown] * n for name in compared}, nowhere
+    disk, rates, spans = [], {}, {}
+    for name, changes in {"": {}, **compared}.items():
+
+        def at_x(x: float, changes=changes) -> Workpoint:
+            return workpoint.varied({kind.x.key: x} | changes)
+
+        points = [at_x(x) for x in kind.x.values]
+        rates[name] = [growth_rates(point, torso) for point in points]
+        growth = np.max(rates[name], axis=1)
+        spans[name] = stable_spans(
+            kind.x.values, growth < 0, lambda x, at_x=at_x: growth_rate(at_x(x), torso) < 0
+        )
+        disk = disk or [_disk_margin(point, torso) for point in points]
+    return rates.pop(""), disk, rates, spans
 
 
 def _disk_margin(workpoint: Workpoint, torso: FlexibleTorso | None) -> float:
@@ -245,7 +258,7 @@ def _disk_margin(workpoint: Workpoint, torso: FlexibleTorso | None) -> float:
         workpoint.blocks.period,
         remove_useless_states=False,
     )
-    found = matrix_margins(loop, 200)
+    found = matrix_margins(loop, 20)
     return found.disk if found.stable else 0.0
 
 
@@ -257,21 +270,13 @@ def _at_setting(workpoint: Workpoint, torso: FlexibleTorso | None) -> AtSetting:
 
 def largest_share(workpoint: Workpoint, torso: FlexibleTorso) -> float:
     """Return up to which share of a torso's mode a workpoint is stable, 0 to 1, to within 0.005."""
-    low, high = 0.0, 1.0
-    if growth_rate(workpoint, replace(torso, share=high)) < 0:
-        return high
-    while high - low > 0.005:
-        middle = 0.5 * (low + high)
-        stable = growth_rate(workpoint, replace(torso, share=middle)) < 0
-        low, high = (middle, high) if stable else (low, middle)
-    return low
 
+    def is_stable(share: float) -> bool:
+        return growth_rate(workpoint, replace(torso, share=share)) < 0
 
-def _spans(shown: np.ndarray, stable: np.ndarray) -> str:
-    """Return the ranges of what is shown in which something is stable."""
-    edges = np.flatnonzero(np.diff(np.r_[False, stable, False].astype(int))).reshape(-1, 2)
-    spans = [f"{shown[first]:.3g} to {shown[last - 1]:.3g}" for first, last in edges]
-    return ", ".join(spans) or "nowhere"
+    if is_stable(1.0):
+        return 1.0
+    return border(is_stable, unstable=1.0, stable=0.0, accuracy=0.005)
 
 
 def _without_nan(values: np.ndarray) -> list[list[float | None]]:

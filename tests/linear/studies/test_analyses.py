@@ -2,6 +2,7 @@
 
 import json
 
+import control
 import numpy as np
 import pytest
 from typer.testing import CliRunner
@@ -16,6 +17,7 @@ from lola_drake.linear.studies.analyses import (
     open_at,
     part,
     root_locus,
+    settled_step,
     step_response,
 )
 from lola_drake.linear.studies.named_analyses import NAMED_ANALYSES, named_analysis
@@ -70,7 +72,40 @@ def test_an_analysis_is_plain_numbers_too(stabilizer):
 
 
 def test_an_analysis_has_a_picture(stabilizer):
-    assert len(analysis_figure(stabilizer).axes) == 6
+    """Gain, phase, poles twice, two steps, Nyquist, S and T; every loop in each of them."""
+    axes = analysis_figure(stabilizer).axes
+    assert len(axes) == 8
+    gain, *_, nyquist, sensitivity = axes
+    assert gain.get_title("left") == "all 6 loops, and their disk margins"
+    worst = min(m.disk for loop in stabilizer.loops for m in loop.margins)
+    assert f"the disk of {worst:.3g}" in nyquist.get_title("left")
+    assert len(sensitivity.lines) == 2 * 6 + 1
+
+
+def test_a_picture_of_more_loops_than_colours_says_which_it_shows(scenario):
+    axes = analysis_figure(analyse("full", scenario, locus=False)).axes
+    assert axes[0].get_title("left").startswith("6 of 17 loops")
+    assert any("phi_dot/y" in text.get_text() for text in axes[1].get_legend().get_texts())
+
+
+def test_the_picture_shows_every_pole(stabilizer):
+    plane = analysis_figure(stabilizer).axes[2]
+    drawn = next(line for line in plane.lines if "poles" in line.get_label())
+    assert len(drawn.get_xdata()) == len(stabilizer.poles)
+
+
+def test_a_step_response_starts_with_the_direct_part():
+    model = control.ss(0.5, 1.0, 2.0, 3.0, 1e-3)
+    _, outputs = step_response(model, 0, 10.0, duration=3e-3)
+    np.testing.assert_allclose(outputs[:, 0], [30.0, 50.0, 60.0])
+
+
+def test_a_step_response_ends_when_it_has_settled():
+    slow = control.ss(np.exp(-1e-3 / 0.2), 1.0, 1.0, 0.0, 1e-3)
+    times, outputs, settled = settled_step(slow, 0, 1.0)
+    assert settled
+    assert times[-1] == pytest.approx(1.3 * 0.2 * np.log(50), rel=0.05)
+    assert not settled_step(control.ss(1.0, 1.0, 1.0, 0.0, 1e-3), 0, 1.0)[2]
 
 
 @pytest.mark.parametrize("name", ["stabilizer", "full"])

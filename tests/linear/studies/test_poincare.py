@@ -20,6 +20,9 @@ from lola_drake.linear.studies.gait_section import (
 from lola_drake.linear.studies.operating_points import quiet
 from lola_drake.linear.studies.poincare import (
     CONVERGED,
+    MOTION,
+    PLACE,
+    POSTURE,
     TRIED,
     StrideMap,
     converged_step,
@@ -68,15 +71,19 @@ def test_the_step_is_the_one_at_which_the_differences_change_least(short, standi
 
 def test_multipliers_are_the_eigenvalues_and_know_place_and_heading():
     names = ["plant/q/torso_x", "plant/q/torso_rot_y", "plant/v/torso_wy"]
-    matrix = np.array([[1.0, 0.2, 0.0], [0.0, 0.4, 0.3], [0.0, -0.3, 0.4]])
-    section = Section(lola.load_scenario("walk_flat"), 1.0, np.zeros(3), 1600, 1e-9)
+    names.append("controller/inverse_kinematics/q/tafl")
+    matrix = np.zeros((4, 4))
+    matrix[:3, :3] = [[1.0, 0.2, 0.0], [0.0, 0.4, 0.3], [0.0, -0.3, 0.4]]
+    matrix[:, 3] = 0.1, 0.2, 0.3, 0.7  # the arms move the torso, and nothing moves the arms
+    section = Section(lola.load_scenario("walk_flat"), 1.0, np.zeros(4), 1600, 1e-9)
     stride = StrideMap(section, matrix, names, 1e-4, {1e-4: 1e-3})
-    place, swing = stride.multipliers()
-    assert (place.neutral, place.dominating) == (True, "plant/q/torso_x")
-    assert not swing.neutral
+    place, posture, swing = stride.multipliers()
+    assert (place.kind, place.dominating) == (PLACE, "plant/q/torso_x")
+    assert (posture.kind, swing.kind) == (POSTURE, MOTION)
+    assert stride.largest(POSTURE) == pytest.approx(0.7)
     assert swing.value == pytest.approx(0.4 + 0.3j)
     assert stride.radius == pytest.approx(0.5)
-    assert "largest multiplier: 0.500" in stride.as_text()
+    assert "largest multiplier of torso, CoM and legs: 0.5;" in stride.as_text()
     assert "NOT converged" not in stride.as_text()
     assert "NOT converged" in replace(stride, convergence={1e-4: 0.5}).as_text()
     assert stride.as_numbers()["radius"] == pytest.approx(0.5)
@@ -95,3 +102,13 @@ def test_coordinates_move_there_and_back(standing):
     moved = standing.context.Clone()
     frame.move(moved, motion)
     np.testing.assert_allclose(frame.difference(moved, standing.context), motion, atol=1e-12)
+
+
+def test_a_motion_is_flown_by_half_the_difference_of_both_sides(short, standing):
+    """One tick of a moved delay line: what it forwards is what it was moved by."""
+    names = moving_coordinates(standing.diagram, standing.context).names
+    line = names.index("imu/phi/x@1")
+    motion = np.zeros((1, len(names)))
+    motion[0, line] = 1e-5
+    flown = fly(replace(short, ticks=1), motion, jobs=1)[:, 0]
+    assert flown[names.index("imu/phi/x@2")] == pytest.approx(1e-5, rel=1e-6)

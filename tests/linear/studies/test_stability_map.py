@@ -7,6 +7,7 @@ import lola_drake as lola
 from lola_drake.linear.errors import AnalysisError
 from lola_drake.linear.poles import spectral_radius
 from lola_drake.linear.presentation.study_figures import map_figure
+from lola_drake.linear.studies.bisection import stable_spans
 from lola_drake.linear.studies.flexible_torso import FlexibleTorso, with_torso
 from lola_drake.linear.studies.map_kinds import (
     DELTA,
@@ -87,8 +88,24 @@ def test_a_map_says_where_it_is_stable():
     assert (result.disk[:, 0] == 0).all()
     assert (result.disk[:, 1] > 0.2).all()
     assert "to 30" in result.as_text()
+    for spans in result.spans[""]:
+        ((border, last),) = spans
+        assert last == 0.03
+        assert border == pytest.approx(0.0092, abs=0.003), "found between the map's two points"
     assert result.as_numbers()["growth_per_s"][0][0] > 0
     assert result.settings["simulation"].growth < 0
+
+
+def test_the_ends_of_what_is_stable_are_found_between_the_points_of_a_map():
+    values = np.array([0.0, 2.0, 4.0, 6.0])
+    stable = np.abs(values - 3.0) < 1.7
+    ((low, high),) = stable_spans(values, stable, lambda x: abs(x - 3.0) < 1.7)
+    assert (low, high) == (pytest.approx(1.3, rel=0.005), pytest.approx(4.7, rel=0.005))
+    assert abs(low - 3.0) < 1.7 > abs(high - 3.0)
+
+
+def test_whole_numbers_stay_whole():
+    assert stable_spans((1, 5, 12), np.array([1, 1, 0]) > 0, lambda x: x < 6.5) == [(1, 6)]
 
 
 def test_the_maps_border_is_where_bisection_finds_it(workpoint):
@@ -134,6 +151,7 @@ def test_a_map_has_a_picture_and_a_text(name, torso):
         0.5 * np.ones(rates.shape[1:]),
         settings,
         dict.fromkeys(SETTINGS, rates),
+        dict.fromkeys(["", *SETTINGS], [[(kind.x.values[3], kind.x.values[-1])], *[[]] * 20]),
     )
     assert len(map_figure(result).axes) == 4
     assert "nowhere" in result.as_text()

@@ -1,0 +1,80 @@
+"""Extrema and zeros of a function of frequency, from a grid down to the last digit."""
+
+from collections.abc import Callable
+
+import numpy as np
+
+Curve = Callable[[np.ndarray], np.ndarray]
+
+HALVINGS_OF_PEAK, HALVINGS_OF_ZERO = 20, 40
+PEAKS = 8
+"""How many of the largest peaks of a grid are looked at: the largest may lie between its points."""
+
+
+def largest(curve: Curve, grid: np.ndarray, values: np.ndarray) -> tuple[float, float]:
+    """Return the largest value of a curve, and where.
+
+    Args:
+        curve: the function.
+        grid: where it has been looked at, ascending.
+        values: of the curve there.
+    """
+    padded = np.concatenate([[-np.inf], values, [-np.inf]])
+    peaks = np.flatnonzero((values >= padded[:-2]) & (values >= padded[2:]))
+    peaks = peaks[np.argsort(-values[peaks])][:PEAKS]
+    at, found = _climb(curve, grid, values, peaks)
+    best = int(np.argmax(found))
+    return float(found[best]), float(at[best])
+
+
+def zeros_of(curve: Curve, grid: np.ndarray, values: np.ndarray) -> np.ndarray:
+    """Return where a curve crosses zero.
+
+    Two crossings between neighbours of the grid are found where the curve comes near zero there.
+
+    Args: as in `largest`.
+    """
+    grid, values = _with_near_misses(curve, grid, values)
+    k = np.flatnonzero(np.sign(values[1:]) * np.sign(values[:-1]) < 0)
+    low, high, sign = grid[k], grid[k + 1], np.sign(values[k])
+    for _ in range(HALVINGS_OF_ZERO if k.size else 0):
+        middle = 0.5 * (low + high)
+        before = np.sign(curve(middle)) == sign
+        low, high = np.where(before, middle, low), np.where(before, high, middle)
+    return 0.5 * (low + high)
+
+
+def _with_near_misses(
+    curve: Curve, grid: np.ndarray, values: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return the grid with the points at which a curve that nearly touches zero comes nearest."""
+    size, same = np.abs(values), np.sign(values[1:]) == np.sign(values[:-1])
+    before, here, after = size[:-2], size[1:-1], size[2:]
+    near = (here <= before) & (here <= after) & (2 * here < np.maximum(before, after))
+    found, new = [grid], [values]
+    for sign in (1.0, -1.0):
+        k = 1 + np.flatnonzero(near & same[:-1] & same[1:] & (np.sign(values[1:-1]) == sign))
+        if k.size:
+            at, nearest = _climb(lambda f, sign=sign: -sign * curve(f), grid, -sign * values, k)
+            found.append(at)
+            new.append(-sign * nearest)
+    grid, order = np.unique(np.concatenate(found), return_index=True)
+    return grid, np.concatenate(new)[order]
+
+
+def _climb(
+    curve: Curve, grid: np.ndarray, values: np.ndarray, k: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return the peaks near some points of a grid, and the curve there, by halving intervals."""
+    low, at, high = grid[np.maximum(k - 1, 0)], grid[k], grid[np.minimum(k + 1, len(grid) - 1)]
+    best = values[k]
+    for _ in range(HALVINGS_OF_PEAK):
+        points = np.array([0.5 * (low + at), at, 0.5 * (at + high)])
+        tried = curve(points[[0, 2]].ravel()).reshape(2, -1)
+        heights = np.array([tried[0], best, tried[1]])
+        # The top lies between the neighbours of the highest of the five points.
+        five = np.array([low, *points, high])
+        row, column = np.argmax(heights, axis=0), np.arange(k.size)
+        low, at, high = (five[row + shift, column] for shift in range(3))
+        best = heights[row, column]
+    return at, best
