@@ -129,6 +129,40 @@ def reproduce(
 
 
 @app.command()
+def survival(
+    samples: Annotated[int, typer.Option(min=1, help="Sampled worlds at each height.")] = 20,
+    output: Folder = None,
+    jobs: Jobs = 2,
+    as_json: Json = False,
+) -> None:
+    """Find from which height of an unseen edge or board on each variant falls.
+
+    A study that was stopped goes on where it was when it is started again.
+    """
+    from lola_drake.figures.run_figures import save_figure
+    from lola_drake.studies.study import Study, write_json
+    from lola_drake.studies.survival import HEIGHTS, OBSTACLES, VARIANTS
+    from lola_drake.studies.survival import survival as study_survival
+    from lola_drake.studies.survival_figure import survival_figure
+    from lola_drake.studies.tables import survival_table
+
+    folder = output or Path("runs") / "survival"
+    total = len(HEIGHTS) * len(OBSTACLES) * len(VARIANTS) * samples
+    with errors_in_one_line():
+        study = Study(folder / "runs.jsonl")
+        with _keeping(study), progress_bar("survival", total, COUNT) as advance:
+            content = study_survival(study, samples, jobs, advance)
+        with drawn(folder):
+            write_json(content, folder / "survival.json")
+            save_figure(survival_figure(content), folder, "survival")
+    if as_json:
+        print(json.dumps(content, indent=2))
+        return
+    show(survival_table(content))
+    print(f"written to {folder}")
+
+
+@app.command()
 def tune(
     samples: Annotated[int, typer.Option(min=1, help="Worlds in which gains are judged.")] = 4,
     budget: Annotated[int, typer.Option(min=1, help="Number of gains that are tried.")] = 30,

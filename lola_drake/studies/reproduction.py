@@ -9,6 +9,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
+from scipy.stats import bootstrap, wilcoxon
 
 from lola_drake.results import software_versions
 from lola_drake.scenario import Scenario, load_scenario, override
@@ -70,8 +71,14 @@ EXPERIMENTS = (
         scenario="step_down",
         changes={"ground.obstacles.0.height": 0.07},
     ),
+    Experiment(
+        name="step_down_8cm5",
+        title="8.5 cm step down, CoM dynamics",
+        scenario="step_down",
+        changes={"ground.obstacles.0.height": 0.085},
+    ),
 )
-"""The paper's experiments, and a higher step to see who stays up."""
+"""The paper's experiments, and higher steps to see who stays up."""
 
 
 @dataclass(frozen=True)
@@ -121,6 +128,8 @@ class Outcome:
             ),
             "median_change_percent": self._summarized(median),
             "quartiles": self._summarized(quartiles),
+            "interval_95": self._summarized(interval),
+            "paired_p": self._summarized(paired_p),
             "paper": {metric: dict(axes) for metric, axes in self.experiment.paper.items()},
         }
 
@@ -128,6 +137,19 @@ class Outcome:
 def median(values: np.ndarray) -> float | None:
     """Return the median; None of nothing."""
     return float(np.median(values)) if len(values) else None
+
+
+def interval(values: np.ndarray) -> list[float] | None:
+    """Return the 95 % bootstrap interval of the median; None of fewer than two values."""
+    if len(values) < 2:
+        return None
+    found = bootstrap((values,), np.median, method="percentile", rng=np.random.default_rng(0))
+    return [float(bound) for bound in found.confidence_interval]
+
+
+def paired_p(values: np.ndarray) -> float | None:
+    """Return how likely changes so far from none are by chance (Wilcoxon); None of too few."""
+    return float(wilcoxon(values).pvalue) if len(values) > 5 and values.any() else None
 
 
 def quartiles(values: np.ndarray) -> list[float] | None:

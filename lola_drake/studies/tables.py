@@ -61,6 +61,19 @@ def _falls(experiment: Mapping) -> str:
     return ", ".join(f"{name} {count} of {worlds}" for name, count in experiment["falls"].items())
 
 
+def survival_table(content: Mapping) -> Table:
+    """Return the content of survival.json as a table: one row for each height."""
+    table = Table(title=f"Survived of {content['worlds']} worlds (%)")
+    table.add_column("height (cm)", justify="right")
+    columns = [(name, v) for name, variants in content["survived"].items() for v in variants]
+    for name, variant in columns:
+        table.add_column(f"{name}, {variant}", justify="right")
+    for k, height in enumerate(content["heights_m"]):
+        points = (content["survived"][name][variant][k] for name, variant in columns)
+        table.add_row(f"{100 * height:.0f}", *(f"{100 * p['share']:.0f}" for p in points))
+    return table
+
+
 def tuning_table(content: Mapping) -> Table:
     """Return the record of a search for gains as a table: where it began, and what it chose."""
     table = Table(title=f"gains of {content['variant']}, worlds: {len(content['seeds'])}")

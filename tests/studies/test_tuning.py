@@ -54,7 +54,7 @@ def summary(scenario="step_down", fell=False, x=0.0, y=0.0, torque=0):
 
 def test_falls_count_first_and_then_overloads():
     up, calm, fallen = summary(x=3.0, y=4.0), summary(y=1.0), summary(fell=True, x=45.0)
-    assert score([up, calm]) == Score(0, 0, 3.0)
+    assert score([up, calm]) == Score(0, 0, pytest.approx(5.0**0.5))
     assert score([fallen, calm]) == Score(1, 0, 1.0)
     assert score([up, up]) < score([fallen, calm])
     assert score([fallen, fallen]) == Score(2, 0, math.inf)
@@ -63,8 +63,10 @@ def test_falls_count_first_and_then_overloads():
     )
 
 
-def test_limits_count_on_flat_ground_and_inclination_elsewhere():
-    assert score([summary(y=2.0, torque=50), summary(tuning.CALM, y=9.0)]) == Score(0, 0, 2.0)
+def test_limits_count_on_flat_ground_and_inclination_everywhere():
+    assert score([summary(y=2.0, torque=50), summary(tuning.CALM, y=8.0)]) == Score(
+        0, 0, pytest.approx(4.0)
+    )
 
 
 def test_the_gains_are_numbers_of_the_scenario_and_none_is_the_papers():

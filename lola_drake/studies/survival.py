@@ -1,0 +1,98 @@
+"""Who stays up: the share of sampled worlds survived, over the height of an edge or a board.
+
+A percentage of inclination says little about two controllers of which one is about to fall. This
+says from where on each of them does.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+
+from scipy.stats import binomtest
+
+from lola_drake.results import software_versions
+from lola_drake.scenario import Scenario, load_scenario, override
+from lola_drake.studies.sampled_worlds import sample_world
+from lola_drake.studies.study import Study
+from lola_drake.studies.variants import Summary
+
+HEIGHTS = tuple(round(0.03 + 0.01 * k, 2) for k in range(10))
+"""Of the edge or the board (m)."""
+
+VARIANTS = ("ref", "dyn")
+
+FIRST_SEED = 2000
+"""Of the worlds: those of tuning begin at 1000, those of the reproduction at 0."""
+
+CONFIDENCE = 0.95
+
+
+@dataclass(frozen=True)
+class Obstacle:
+    """What grows.
+
+    Attributes:
+        title: what it is.
+        scenario: the scenario that has it as its first obstacle.
+    """
+
+    title: str
+    scenario: str
+
+    def runs(self, height: float, seeds: Sequence[int]) -> list[Scenario]:
+        """Return the runs at a height (m): every variant in the world of every seed."""
+        base = load_scenario(self.scenario, {"ground.obstacles.0.height": height})
+        worlds = [sample_world(base, seed) for seed in seeds]
+        return [override(world, {"variant": name}) for name in VARIANTS for world in worlds]
+
+
+OBSTACLES = {
+    "edge": Obstacle("unseen edge, down", "step_down"),
+    "board": Obstacle("unseen board, up and down again", "board_9cm"),
+}
+
+
+def survival(
+    study: Study,
+    samples: int,
+    jobs: int = 2,
+    progress: Callable[[int], None] | None = None,
+    heights: Sequence[float] = HEIGHTS,
+) -> dict[str, object]:
+    """Return the content of survival.json.
+
+    Args:
+        study: where the runs are kept.
+        samples: number of worlds at each height.
+        jobs: how many processes run at a time.
+        progress: called with the number of runs that are done.
+        heights: of the obstacles (m).
+    """
+    seeds = range(FIRST_SEED, FIRST_SEED + samples)
+    # Height by height, so that a study that is stopped has whole points.
+    wanted = [(name, height) for height in heights for name in OBSTACLES]
+    scenarios = [run for name, height in wanted for run in OBSTACLES[name].runs(height, seeds)]
+    summaries = study.run(scenarios, jobs, progress)
+    size = len(VARIANTS) * samples
+    points = {point: summaries[i * size : (i + 1) * size] for i, point in enumerate(wanted)}
+    return {
+        "worlds": samples,
+        "heights_m": list(heights),
+        "survived": {
+            name: {
+                variant: [
+                    share(points[name, height][k * samples : (k + 1) * samples])
+                    for height in heights
+                ]
+                for k, variant in enumerate(VARIANTS)
+            }
+            for name in OBSTACLES
+        },
+        "versions": software_versions(),
+    }
+
+
+def share(summaries: Sequence[Summary]) -> Mapping[str, float]:
+    """Return the share of runs without a fall, and its Wilson interval."""
+    up = sum(not summary["fell"] for summary in summaries)
+    interval = binomtest(up, len(summaries)).proportion_ci(CONFIDENCE, method="wilson")
+    return {"share": up / len(summaries), "low": interval.low, "high": interval.high}
