@@ -90,7 +90,7 @@ class HybridForceControlParams:
         maximum=1,
     )
     search_speed: float = parameter(
-        0.22,
+        0.25,
         "least speed at which a late foot seeks the ground, 0 for none",
         "m/s",
         minimum=0,
