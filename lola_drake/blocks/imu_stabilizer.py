@@ -24,7 +24,7 @@ class ImuStabilizerParams:
     """Gains of the inclination and height feedback."""
 
     stiffness: float = parameter(
-        1600.0,
+        2000.0,
         "torque per inclination",
         "Nm/rad",
         minimum=0,
@@ -51,7 +51,7 @@ class ImuStabilizerParams:
         slider=(1, 300, 1),
     )
     height_stiffness: float = parameter(
-        1500.0,
+        1000.0,
         "vertical force per missing CoM height",
         "N/m",
         minimum=0,

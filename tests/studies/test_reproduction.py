@@ -125,7 +125,6 @@ def test_experiments_have_the_papers_gains():
         "board_4cm": (0.02, 1.0, True),
         "board_9cm": (0.02, 1.0, True),
         "step_down": (0.027, 0.8, False),
-        "step_down_7cm": (0.027, 0.8, False),
         "step_down_8cm5": (0.027, 0.8, False),
     }
     assert scenarios["board_9cm"].pattern.step_height == 0.12
