@@ -268,7 +268,7 @@ def test_a_switch_decides_whether_systems_compile(monkeypatch, switch):
     monkeypatch.setattr("lola_drake.block_system.compiled", refuse)
     monkeypatch.setattr("lola_drake.fused.compiled", refuse)
     monkeypatch.setattr("lola_drake.fused.compiled_text", refuse)
-    block = ImuStabilizer(ImuStabilizerParams())
+    block = ImuStabilizer(ImuStabilizerParams(height_stiffness=1500.0))
     system = BlockSystem(block)
     assert bool(asked) == (switch == "1")
     asked.clear()
@@ -293,7 +293,7 @@ def output(system, name):
 
 
 def test_sample_arguments_are_of_the_kinds_a_law_gets():
-    block = ImuStabilizer(ImuStabilizerParams())
+    block = ImuStabilizer(ImuStabilizerParams(height_stiffness=1500.0))
     samples = sample_arguments(block, "modified_wrench")
     kinds = [type(sample) for sample in samples]
     assert kinds == [np.ndarray] * 6 + [float] * 4

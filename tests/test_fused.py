@@ -389,7 +389,7 @@ def test_two_runs_have_gains_of_their_own():
     runs = [start(load_scenario("stand")) for _ in range(2)]
     gain = next(runs[0].gains())
     runs[0].set_gain(gain, 1.0)
-    assert runs[1].gain(gain) == 1600.0
+    assert runs[1].gain(gain) == 2000.0
 
 
 def whole_state(run, context):

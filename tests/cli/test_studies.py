@@ -116,7 +116,7 @@ def test_reproduce_goes_on_where_it_was(lola, tmp_path):
     assert {"runs.jsonl", "reproduction.svg", "reproduction.png"} < {
         p.name for p in folder.iterdir()
     }
-    assert content["experiments"]["step_down_7cm"]["falls"] == {"ref": 2, "dyn": 0}
+    assert content["experiments"]["step_down_8cm5"]["falls"] == {"ref": 2, "dyn": 0}
 
 
 def test_reproduce_prints_paper_against_simulation(lola):

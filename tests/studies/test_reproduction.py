@@ -129,7 +129,7 @@ def test_experiments_have_the_papers_gains():
     }
     assert scenarios["board_9cm"].pattern.step_height == 0.12
     assert scenarios["step_down"].ground.obstacles[0].height == 0.055
-    assert scenarios["step_down_7cm"].ground.obstacles[0].height == 0.07
+    assert scenarios["step_down_8cm5"].ground.obstacles[0].height == 0.085
     assert scenarios["board_4cm"].walk.steps[0].length == 0.4
 
 
