@@ -20,6 +20,11 @@ PATIENCE = 60.0
 """How long runs that are asked to end may take for it (s)."""
 
 
+RUNS = 25
+"""Runs of a process, until another one takes its place: Drake never frees a diagram in which there
+are systems of Python's, and each of them has meshes and a log."""
+
+
 class WorkerLost(LolaError):
     """A process that was ended from outside, while it worked."""
 
@@ -98,8 +103,13 @@ class _Pool:
             thread.start()
 
     def _serve(self, k: int) -> None:
+        done = 0
         while (order := self._next()) is not None:
             i, item = order
+            if done and done % RUNS == 0:
+                self._workers[k].end()
+                self._workers[k] = _Worker()
+            done += 1
             try:
                 self._done.put((i, self._workers[k](self._function, item), None))
             except WorkerLost as lost:

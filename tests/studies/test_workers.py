@@ -112,3 +112,14 @@ def wait_for_end(pid):
             return
         time.sleep(0.01)
     pytest.fail("the process goes on")
+
+
+def process_of(x):
+    return os.getpid()
+
+
+def test_a_process_makes_room_for_another_before_it_grows(monkeypatch):
+    monkeypatch.setattr("lola_drake.studies.workers.RUNS", 3)
+    answers = [answer for _, answer in each_done(process_of, range(12), jobs=2)]
+    assert os.getpid() not in answers
+    assert max(answers.count(pid) for pid in answers) <= 3
