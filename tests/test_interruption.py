@@ -46,8 +46,8 @@ def test_in_another_thread_signals_are_left_alone():
 
 
 def test_a_view_that_dies_takes_no_record_along(tmp_path):
-    def attend(diagram, context):
-        if context.get_time() > 0.03:
+    def attend(run):
+        if run.time > 0.03:
             raise RuntimeError("the browser\nis gone")
         return 0.02
 
@@ -58,11 +58,10 @@ def test_a_view_that_dies_takes_no_record_along(tmp_path):
 
 
 def test_a_state_that_is_no_number_ends_a_run():
-    def attend(diagram, context):
-        if context.get_time() > 0.03:
-            plant = diagram.GetSubsystemByName("plant")
-            inside = plant.GetMyMutableContextFromRoot(context)
-            plant.SetVelocities(inside, np.full(plant.num_velocities(), np.nan))
+    def attend(run):
+        if run.time > 0.03:
+            inside = run.plant.GetMyMutableContextFromRoot(run.context)
+            run.plant.SetVelocities(inside, np.full(run.plant.num_velocities(), np.nan))
         return 0.02
 
     result = simulate(SHORT, attend=attend)
