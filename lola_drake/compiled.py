@@ -77,6 +77,12 @@ def compiled_text(name: str, text: str, functions: dict[str, Callable]) -> Calla
     return _jit(space[name])
 
 
+def is_kept(function: Callable) -> bool:
+    """Return whether a function of `compiled_text` was compiled before, in this or another run."""
+    name = Path(function.py_func.__code__.co_filename).stem
+    return any(Path(function.stats.cache_path).glob(f"{name}.*"))
+
+
 @cache
 def _twin(function: Callable) -> Callable:
     """Return a function that is compiled when it is called first, with all that it calls."""

@@ -22,7 +22,7 @@ def pad_forces(result: Result, samples: np.ndarray) -> np.ndarray:
     builder = DiagramBuilder()
     plant, scene_graph = add_plant(builder, result.scenario.ground)
     plant.Finalize()
-    pads = pad_geometries(plant, scene_graph)
+    pads = pad_geometries(plant)
     diagram = builder.Build()
     context = diagram.CreateDefaultContext()
     plant_context = plant.GetMyMutableContextFromRoot(context)

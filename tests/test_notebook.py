@@ -10,9 +10,9 @@ import lola_drake as lola
 
 def test_a_result_is_short_in_words_and_a_table_in_a_notebook(make_result):
     result = make_result(steps=2)
-    assert repr(result) == "<Result unnamed (dyn, seed 0): 3.6 s, completed>"
+    assert repr(result) == "<Result of unnamed (dyn): completed at 3.599 s>"
     table = result._repr_html_()
-    assert "3.6 s, completed" in table and "max_inclination_deg.x" in table
+    assert "completed at 3.599 s" in table and "max_inclination_deg.x" in table
     fallen = make_result(steps=1, completed=False, fall_time=1.5)
     assert "fell at 1.50 s" in repr(fallen) and "fell at 1.50 s" in fallen._repr_html_()
     assert "interrupted" in repr(make_result(steps=1, completed=False))

@@ -15,7 +15,7 @@ def lola(make_result, monkeypatch, tmp_path):
     monkeypatch.chdir(tmp_path)
     outcome, runs, drawn = {}, [], []
 
-    def simulate(scenario, progress=None, attend=None):
+    def simulate(scenario, progress=None, attend=None, engine="fused"):
         runs.append(scenario)
         if progress is not None:
             progress(scenario.duration / 2)

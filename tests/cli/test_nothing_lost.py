@@ -95,12 +95,15 @@ def test_a_comparison_keeps_its_runs_whatever_becomes_of_its_figure(lola, figure
     )
     assert [load_result(f"runs/compare_stand/{v}").completed for v in ("ref", "dyn")] == [True] * 2
     figures.clear()
-    assert lola("compare", "stand", "--jobs", "1", "--force").exit_code == 0
+    assert lola("compare", "stand", "--jobs", "1", "--force", "--no-pictures").exit_code == 0
+
+
+COMPARE = ("compare", "stand", "--jobs", "1", "--no-pictures")
 
 
 @pytest.mark.parametrize("variants", ["ref,dyn", "ref, dyn", " ref ,dyn "])
 def test_variants_may_stand_apart(lola, variants):
-    assert lola("compare", "stand", "--jobs", "1", "--variants", variants).exit_code == 0
+    assert lola(*COMPARE, "--variants", variants).exit_code == 0
 
 
 def test_a_comparison_that_is_stopped_is_kept(lola):

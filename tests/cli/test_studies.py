@@ -158,9 +158,19 @@ SPREAD = {"min": 1.0, "median": 2.0}
 BENCH = {
     "scenario": "walk_flat",
     "repeats": 3,
+    "engine": "fused",
     "closed_loop_over_plant": SPREAD,
+    "plant_over_implicit": SPREAD,
     "real_time_factor": SPREAD,
-    "tick_us": {"closed_loop": SPREAD, "plant": SPREAD, "all_blocks": SPREAD, "blocks": {}},
+    "tick_us": {
+        "closed_loop": SPREAD,
+        "plant": SPREAD,
+        "plant_implicit": SPREAD,
+        "own_part": SPREAD,
+        "all_blocks": SPREAD,
+        "blocks": {},
+    },
+    "plan_ms": {"new_plan": SPREAD, "phase_reset": SPREAD},
     "import_s": SPREAD,
     "build_s": SPREAD,
     "peak_memory_mb": 1.0,
@@ -179,7 +189,7 @@ def lola_bench(monkeypatch, tmp_path):
     measured = []
 
     def stand_in(name, result):
-        def measure(repeats, progress):
+        def measure(repeats, progress, engine="fused"):
             measured.append((name, repeats))
             return dict(result)
 
