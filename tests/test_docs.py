@@ -12,13 +12,15 @@ PAGES = (
     "README.md",
     "docs/howto/own_law.md",
     "docs/howto/engines.md",
+    "docs/howto/notebook.md",
     "docs/tutorials/first_walk.md",
 )
 
 
 @pytest.mark.parametrize("page", PAGES)
-def test_code_of_a_page_runs(page, monkeypatch):
+def test_code_of_a_page_runs(page, tmp_path, monkeypatch):
     pytest.importorskip("IPython")
+    monkeypatch.chdir(tmp_path)
     load = lola.load_scenario
 
     def short(name, changes=()):
