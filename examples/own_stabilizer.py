@@ -3,6 +3,7 @@
 lola simulate step_down --block imu_stabilizer=examples/own_stabilizer.py:CubicStabilizer
 """
 
+import os
 from dataclasses import dataclass
 
 import lola_drake as lola
@@ -43,5 +44,7 @@ class CubicStabilizer(lola.Block):
 
 
 if __name__ == "__main__":
-    result = lola.simulate("step_down", blocks={"imu_stabilizer": CubicStabilizer})
+    changes = {"duration": 0.5} if os.environ.get("LOLA_QUICK") else {}
+    scenario = lola.load_scenario("step_down", changes)
+    result = lola.simulate(scenario, blocks={"imu_stabilizer": CubicStabilizer})
     print(result.metrics["max_inclination_deg"])

@@ -376,8 +376,9 @@ def _compile(function: Callable, positions: np.ndarray, constants: tuple) -> Non
 class FusedSystem(LeafSystem):
     """Sensors and controller as one system.
 
-    Its state is that of all blocks. The output `row` has the state, every signal between the
-    blocks and every input, as they are in this tick.
+    Its state is that of all blocks. The output `tick` has the state, every signal between the
+    blocks and every input, as they are in this tick, and then the next state. Its one numeric
+    parameter has the gains of all blocks, see `Layout.gain_index`.
     """
 
     def __init__(self, blocks: Blocks, *, compile_laws: bool | None = None):

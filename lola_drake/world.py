@@ -167,7 +167,7 @@ def build_simulation(
 def build_fused(world: World, scenario: Scenario, *, compile_laws: bool | None = None) -> Diagram:
     """Return the closed loop with all of sensors and controller in one system, for speed.
 
-    It does what the diagram of blocks does. The log has the row of the fused system.
+    It does what the diagram of blocks does. The log has what the fused system says of every tick.
     """
     builder, plant = world.builder, world.plant
     guard = DriveGuard(torque_limit=plant.GetEffortUpperLimits())

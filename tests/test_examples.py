@@ -1,18 +1,21 @@
-"""The notebooks of examples/ run from their first cell to their last, in a quick form."""
+"""What examples/ holds runs from beginning to end, in a quick form."""
 
+import os
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
 
-nbformat = pytest.importorskip("nbformat")
-nbclient = pytest.importorskip("nbclient")
-pytest.importorskip("ipykernel")
-
-NOTEBOOKS = sorted((Path(__file__).parents[1] / "examples").glob("*.ipynb"))
+EXAMPLES = Path(__file__).parents[1] / "examples"
+NOTEBOOKS, SCRIPTS = (sorted(EXAMPLES.glob(f"*.{kind}")) for kind in ("ipynb", "py"))
 
 
 @pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
 def test_notebook_runs(path, tmp_path, monkeypatch):
+    nbformat = pytest.importorskip("nbformat")
+    nbclient = pytest.importorskip("nbclient")
+    pytest.importorskip("ipykernel")
     monkeypatch.setenv("LOLA_QUICK", "1")
     notebook = nbformat.read(path, as_version=4)
     # Saved for readers with its results, and pictures among them.
@@ -23,3 +26,26 @@ def test_notebook_runs(path, tmp_path, monkeypatch):
 
 def outputs(notebook):
     return [output for cell in notebook.cells for output in cell.get("outputs", ())]
+
+
+@pytest.mark.parametrize("path", SCRIPTS, ids=lambda path: path.stem)
+def test_script_runs(path, tmp_path):
+    done = subprocess.run(
+        [sys.executable, path],
+        cwd=tmp_path,
+        env=os.environ | {"LOLA_QUICK": "1"},
+        capture_output=True,
+        text=True,
+    )
+    assert done.returncode == 0, done.stderr
+    assert "'x': " in done.stdout
+
+
+@pytest.mark.parametrize("path", SCRIPTS, ids=lambda path: path.stem)
+def test_script_says_how_it_is_used_on_the_command_line(path):
+    name, law = path.read_text(encoding="utf-8").split("--block ")[1].split()[0].split("=")
+    from lola_drake.scenario import OwnLaw
+    from lola_drake.swap import load_laws
+
+    loaded = load_laws([OwnLaw(name, str(EXAMPLES.parent / law))])
+    assert name in loaded

@@ -1,1 +1,1 @@
-"""The blocks of the paper's Fig. 2 and the sensors, one LeafSystem per file."""
+"""The blocks of the paper's Fig. 2 and the sensors, one `Block` per file."""

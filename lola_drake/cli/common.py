@@ -62,11 +62,14 @@ def changed(
 
 
 def _own_laws(blocks: Sequence[str]) -> list[str]:
-    """Return the change of a scenario that `--block` means."""
+    """Return the change of a scenario that `--block` means.
+
+    Files are named from the root on, so that the scenario of a record can be run from anywhere.
+    """
     if not blocks:
         return []
-    pairs = (text.partition("=") for text in blocks)
-    laws = (f"{{name: {json.dumps(name)}, law: {json.dumps(law)}}}" for name, _, law in pairs)
+    pairs = ((name, str(Path.cwd() / law)) for name, _, law in (t.partition("=") for t in blocks))
+    laws = (f"{{name: {json.dumps(name)}, law: {json.dumps(law)}}}" for name, law in pairs)
     return [f"blocks=[{', '.join(laws)}]"]
 
 
