@@ -199,7 +199,7 @@ def machine_value(value: object) -> object:
     if isinstance(value, (float, str)):
         return value
     array = np.ascontiguousarray(value)
-    return array if array.dtype.kind == "i" else array.astype(float)
+    return array.astype(int if array.dtype.kind == "i" else float)
 
 
 def plain_value(value: object) -> object:

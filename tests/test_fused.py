@@ -6,7 +6,8 @@ from pydrake.systems.analysis import Simulator
 
 from lola_drake.block import Block, BlockError, Part, State, law
 from lola_drake.controller import WalkingController
-from lola_drake.fused import FusedSystem, Layout
+from lola_drake.fused import FusedSystem
+from lola_drake.fused_layout import Layout
 from lola_drake.scenario import VARIANTS, Scenario, load_scenario, scenario_paths
 from lola_drake.signals import GAIT_PHASE, PERIOD, Field, Signal
 from lola_drake.simulation import ENGINES, make_world, start
@@ -129,7 +130,7 @@ def test_each_law_of_a_controller_finds_what_it_reads(variant):
         written[where] = True
     for call in layout.calls:
         for place in call.arguments:
-            if place.where is not None:
+            if place.value is None:
                 inside = np.arange(layout.start.size)[place.where]
                 assert np.all(written[inside] | (inside >= layout.row.stop)), call.name
         for where in call.results:

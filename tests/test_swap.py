@@ -7,7 +7,7 @@ from pydrake.systems.framework import LeafSystem
 from lola_drake.block import Block, BlockError, law
 from lola_drake.blocks.hybrid_force_control import HybridForceControl
 from lola_drake.blocks.imu_stabilizer import ImuStabilizer, ImuStabilizerParams
-from lola_drake.fused import Layout
+from lola_drake.fused_layout import Layout
 from lola_drake.scenario import Scenario, load_scenario
 from lola_drake.signals import Field, Signal
 from lola_drake.simulation import ENGINES, make_world, simulate, start
