@@ -16,6 +16,7 @@ from lola_drake.block_system import check_size, plain_value, sample_arguments, t
 from lola_drake.compiled import NotCompilable, compiled, compiled_text, compiling
 from lola_drake.fused_layout import Blocks, Call, Layout, Place
 from lola_drake.signals import PERIOD
+from lola_drake.theory.noise import Noises
 
 
 def programs(layout: Layout, compile_laws: bool) -> list[Callable[[np.ndarray], None]]:
@@ -166,9 +167,7 @@ class FusedSystem(LeafSystem):
             for name, at in layout.inputs.items()
         ]
         self._readings = self._declare_readings()
-        self._noise = [
-            (blocks[name].constant(what), at) for (name, what), at in layout.noise.items()
-        ]
+        self._noises = Noises(blocks[name].constant(what) for name, what in layout.noise)
         self.gains = self.DeclareNumericParameter(BasicVector(layout.start[layout.turned]))
         state = self.DeclareDiscreteState(layout.start[layout.states])
         self.DeclareStateOutputPort("state", state)
@@ -197,9 +196,7 @@ class FusedSystem(LeafSystem):
             value = port.Eval(context)
             for read, at in reads:
                 v[at] = read(value)
-        tick = tick_of(context)
-        for sample, at in self._noise:
-            v[at] = sample(tick)
+        v[layout.noises] = self._noises(tick_of(context))
         for program in self._programs:
             program(v)
         output.SetFromVector(v[layout.tick])

@@ -7,7 +7,7 @@ that machine code takes two arrays and no objects. The laws are put in an order 
 what it reads.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -139,18 +139,21 @@ class Layout:
             for gain in block.gains:
                 self.gains[name, gain] = self._take([getattr(block.params, gain)]).start
         self.turned = slice(first_gain, self._sizes["v"])
-        for name, block in self.blocks.items():
-            read = dict.fromkeys(a[:2] for arguments in block.arguments.values() for a in arguments)
-            for kind, what in read:
-                self._lay_constant(name, block, kind, what)
-
-    def _lay_constant(self, name: str, block: Block, kind: str, what: str) -> None:
-        if kind == "object":
-            self.readings[name, what] = self._take(np.zeros(block.objects[what].size))
-        elif kind == "noise":
+        first_noise = self._sizes["v"]
+        for name, block, what in self._arguments("noise"):
             self.noise[name, what] = self._take(np.zeros(block.constant(what).size))
-        elif kind == "constant":
+        self.noises = slice(first_noise, self._sizes["v"])
+        for name, block, what in self._arguments("object"):
+            self.readings[name, what] = self._take(np.zeros(block.objects[what].size))
+        for name, block, what in self._arguments("constant"):
             self._constants[name, what] = self._constant(machine_value(block.constant(what)))
+
+    def _arguments(self, kind: str) -> Iterator[tuple[str, Block, str]]:
+        """Yield the arguments of a kind, once for each block: its name, itself, their names."""
+        for name, block in self.blocks.items():
+            all_of_it = (a for arguments in block.arguments.values() for a in arguments)
+            for what in dict.fromkeys(a.name for a in all_of_it if a.kind == kind):
+                yield name, block, what
 
     def _constant(self, value: object) -> Place:
         """Return the place of a constant; equal ones have one."""

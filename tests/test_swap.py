@@ -233,7 +233,7 @@ def test_a_system_may_read_what_carries_an_object(blocks):
     class Switches(LeafSystem):
         def __init__(self, block):
             super().__init__()
-            model = block.objects["pad_loads"].model
+            model = block.objects["pad_reactions"].model
             self.DeclareAbstractInputPort("reaction_forces", model())
             for name, size in (("contact", 8), ("ground_force", 6)):
                 self.DeclareVectorOutputPort(name, size, lambda context, vector: None)
