@@ -64,12 +64,15 @@ def _in_python(call: Call) -> Callable[[np.ndarray], None]:
         return (lambda v: v[where].tolist()) if as_lists else (lambda v: v[where])
 
     read = [reader(place) for place in call.arguments]
+    sizes = [where.stop - where.start for where in call.results]
+    size, ends = sum(sizes), np.cumsum([0, *sizes]).tolist()
+    parts = [(where, slice(*ends[i : i + 2])) for i, where in enumerate(call.results)]
 
     def run(v: np.ndarray) -> None:
         result = call.function(*[r(v) for r in read])
-        for where, value in zip(call.results, result if not as_lists else [result], strict=True):
-            check_size(call.name, value, where.stop - where.start)
-            v[where] = value
+        check_size(call.name, result, size)
+        for where, part in parts:
+            v[where] = result[part]
 
     return run
 

@@ -29,7 +29,7 @@ class Call:
         name: of the law, or `next_state` for a block that steps in Python.
         function: the law.
         arguments: where each argument is.
-        results: where what it returns goes, one slice after another.
+        results: where what it returns goes, end to end.
     """
 
     block: str
@@ -248,11 +248,22 @@ class Layout:
                 if owner == name
             }
             if block.steps_in_python:
-                order = tuple(following[part] for part in block.states)
-                calls.append(self._call(name, "next_state", order))
+                order = [following[part] for part in block.states]
+                calls.append(self._call(name, "next_state", _joined(order)))
             else:
                 calls += [
                     self._call(name, f"next_{part}", (following[part],)) for part in block.states
                 ]
         # Plain Python last, so that machine code runs in one go.
         return sorted(calls, key=lambda call: call.name == "next_state")
+
+
+def _joined(slices: list[slice]) -> tuple[slice, ...]:
+    """Return the same with each one that begins where the one before it ends joined to that."""
+    joined = slices[:1]
+    for where in slices[1:]:
+        if where.start == joined[-1].stop:
+            joined[-1] = slice(joined[-1].start, where.stop)
+        else:
+            joined.append(where)
+    return tuple(joined)

@@ -234,7 +234,7 @@ def test_a_block_that_steps_in_python_runs_last():
 
         def next_state(self, water, counted, steam, time):
             """Return both parts."""
-            return water + steam[0] + counted, counted + np.array([1.0 + time])
+            return np.concatenate([water + steam[0] + counted, counted + 1.0 + time])
 
     fused = assert_same(boiler() | {"tank": Stepping()}, ("water", "steam", "heat", "share"))
     assert [call.name for call in fused.layout.calls][-1] == "next_state"
