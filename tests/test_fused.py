@@ -11,6 +11,7 @@ from lola_drake.fused_layout import Layout
 from lola_drake.scenario import VARIANTS, Scenario, load_scenario, scenario_paths
 from lola_drake.signals import GAIT_PHASE, PERIOD, Field, Signal
 from lola_drake.simulation import ENGINES, make_world, start
+from lola_drake.theory.kinematics import KinematicTree
 from lola_drake.theory.noise import Noise
 
 AT_ONCE = {"walk.start_time": 0.0, "pattern.first_double_support": 0.2, "duration": 0.35}
@@ -167,6 +168,24 @@ def test_gains_begin_with_the_parameters():
     assert len(layout.gains) == 4 + 2 * 2 + 2 * 2
 
 
+def test_equal_constants_stand_in_the_vectors_once():
+    """Arrays of numbers in one, integers in the other; named tuples field by field."""
+    world = make_world(Scenario())
+    layout = Layout(world.sensors | world.controller)
+    trees = {
+        id(place)
+        for call in layout.calls
+        for place in call.arguments
+        if isinstance(place.value, KinematicTree)
+    }
+    assert len(trees) == 1, "one tree for sensors and controller"
+    places = [place for call in layout.calls for place in call.arguments if place.parts]
+    for place in places:
+        for part, value in zip(place.parts, place.value, strict=True):
+            vector = {"v": layout.start, "n": layout.integers}[part.vector]
+            assert np.array_equal(vector[part.where].reshape(part.shape), value)
+
+
 def test_signals_that_wait_for_one_another_are_named():
     blocks = boiler()
     blocks["sharing"] = made("Sharing", share=law(lambda heat: heat))()
@@ -225,6 +244,21 @@ def test_a_law_that_gives_too_few_numbers_is_named(step):
         with pytest.raises(ValueError, match="next_water gives (too|1|no row of)") as caught:
             Ticks(system).step()
         assert "\n" not in str(caught.value)
+
+
+def test_a_step_in_python_that_gives_too_few_numbers_is_named():
+    class Stepping(Block):
+        signals = KNOWN["signals"]
+        state = (State(WATER),)
+
+        def next_state(self, water):
+            """Forget one of both."""
+            return water[:1]
+
+    blocks = boiler() | {"tank": Stepping()}
+    for system in (WalkingController(blocks), FusedSystem(blocks)):
+        with pytest.raises(ValueError, match="next_state gives 1 numbers, it must give 2"):
+            Ticks(system).step()
 
 
 def test_a_block_that_steps_in_python_runs_last():
