@@ -205,7 +205,10 @@ class Block:
 
     @property
     def steps_in_python(self) -> bool:
-        """Return whether a method `next_state` gives all of the next state: it is no pure law."""
+        """Return whether a method `next_state` gives the next state: it is no pure law.
+
+        It returns one array, with all parts of the state end to end.
+        """
         return hasattr(type(self), "next_state")
 
     @property

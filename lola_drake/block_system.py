@@ -86,11 +86,13 @@ def BlockSystem_(T):  # noqa: N802
             block, states = self.block, self._states
             if block.steps_in_python:
                 read = self._readers_of("next_state", as_arrays=True)
+                ends = np.cumsum([len(part) for part in block.initial.values()])
 
                 def update(context, state):
                     following = block.next_state(*[r(context) for r in read])
-                    for (name, index), values in zip(states.items(), following, strict=True):
-                        check_size(f"next_{name}", values, len(block.initial[name]))
+                    check_size("next_state", following, ends[-1])
+                    parts = np.split(following, ends[:-1])
+                    for index, values in zip(states.values(), parts, strict=True):
                         state.set_value(index, values)
 
                 return update
@@ -199,7 +201,7 @@ def machine_value(value: object) -> object:
     if isinstance(value, (float, str)):
         return value
     array = np.ascontiguousarray(value)
-    return array if array.dtype.kind == "i" else array.astype(float)
+    return array.astype(int if array.dtype.kind == "i" else float)
 
 
 def plain_value(value: object) -> object:

@@ -67,12 +67,20 @@ def _called(function: Callable) -> Callable:
     return compiled_text(name, text, {"law": function})
 
 
-def compiled_text(name: str, text: str, functions: dict[str, Callable]) -> Callable:
-    """Return the compiled function `name` of a program text that calls the given functions."""
-    parts = [text, *(digest(function) for function in functions.values())]
+def compiled_text(name: str, text: str, called: dict[str, Callable]) -> Callable:
+    """Return the compiled function `name` of a program text.
+
+    Args:
+        name: of the function.
+        text: of the program.
+        called: the functions that it calls, and the classes of named tuples that it makes.
+    """
+    parts = [text, *map(digest, called.values())]
     path = _stub(name, hashlib.sha256("\n".join(parts).encode()).hexdigest(), text)
     # Its home is a module that can be imported when it is loaded from the disk.
-    space = {"__name__": __name__} | {key: _twin(function) for key, function in functions.items()}
+    space = {"__name__": __name__} | {
+        key: what if isinstance(what, type) else _twin(what) for key, what in called.items()
+    }
     exec(compile(text, str(path), "exec"), space)
     return _jit(space[name])
 
@@ -114,6 +122,8 @@ def digest(function: Callable) -> str:
     """Return what identifies the code of a function and of all that it refers to."""
     import numba
 
+    if isinstance(function, type):
+        return f"{function.__qualname__} {function._fields}"
     parts = [sys.version, numba.__version__, function.__qualname__, repr(function.__defaults__)]
     parts += [
         repr((code.co_code, _plain(code.co_consts), code.co_names))

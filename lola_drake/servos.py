@@ -14,14 +14,14 @@ where a drive would reach its limit (`DriveGuard`).
 import numpy as np
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.systems.framework import DiagramBuilder, OutputPort
-from pydrake.systems.primitives import MatrixGain, Multiplexer
+from pydrake.systems.primitives import Demultiplexer, MatrixGain, Multiplexer
 
-from lola_drake.block import Block, State, law
+from lola_drake.block import Block, Part, State, law
 from lola_drake.blocks.joint_servos import JointServosParams, servo_gains, set_servo_gains
 from lola_drake.signals import JOINTS, PERIOD, PLANT_STATE, Field, Signal
 
 _N = len(JOINTS)
-_Q, _V = PLANT_STATE.slice("q"), PLANT_STATE.slice("q_dot")
+_Q = PLANT_STATE.slice("q")
 
 
 class ImplicitServos:
@@ -35,12 +35,16 @@ class ImplicitServos:
     def connect(
         self, builder: DiagramBuilder, desired: OutputPort, feedforward: OutputPort
     ) -> OutputPort:
-        """Connect what the servos follow, and return the torques at the joints."""
+        """Connect what the servos follow, and return what `guard` reads: their torques."""
         plant = self._plant
         robot = plant.GetModelInstanceByName("lola")
         builder.Connect(desired, plant.get_desired_state_input_port(robot))
         builder.Connect(feedforward, plant.get_actuation_input_port())
         return plant.get_net_actuation_output_port()
+
+    def guard(self) -> "DriveGuard":
+        """Return the block that watches the drives."""
+        return DriveGuard(torque_limit=self._plant.GetEffortUpperLimits())
 
 
 class DampingServos:
@@ -50,51 +54,46 @@ class DampingServos:
         """Damp the joints of a plant that is not finalized yet."""
         self._plant = plant
         self._kp, self._kd = servo_gains(plant, params)
-        self._damping = self._kd + PERIOD * self._kp
-        for index, damping in zip(plant.GetJointActuatorIndices(), self._damping, strict=True):
+        dampings = self._kd + PERIOD * self._kp
+        for index, damping in zip(plant.GetJointActuatorIndices(), dampings, strict=True):
             joint = plant.get_joint_actuator(index).joint()
             joint.set_default_damping(joint.default_damping() + damping)
 
     def connect(
         self, builder: DiagramBuilder, desired: OutputPort, feedforward: OutputPort
     ) -> OutputPort:
-        """Connect what the servos follow, and return the torques at the joints."""
+        """Connect what the servos follow, and return what `guard` reads: the accelerations."""
         plant = self._plant
-        known = self._stacked(builder, plant.get_state_output_port(), desired, feedforward)
+        known = builder.AddSystem(Multiplexer([PLANT_STATE.size, 2 * _N, _N]))
+        for i, port in enumerate((plant.get_state_output_port(), desired, feedforward)):
+            builder.Connect(port, known.get_input_port(i))
         first = PLANT_STATE.size
-        by_state = np.zeros((_N, known.size()))
-        by_state[:, _Q] = -np.diag(self._kp)
-        by_state[:, first : first + _N] = np.diag(self._kp)
-        by_state[:, first + _N : first + 2 * _N] = np.diag(self._kd)
-        by_state[:, first + 2 * _N :] = np.eye(_N)
-        force = np.zeros((plant.num_velocities(), known.size()))
-        force[-_N:] = by_state
-        builder.Connect(
-            self._product(builder, force, known), plant.get_applied_generalized_force_input_port()
-        )
-        # The torque of the step: its velocity at the end is v + PERIOD times the acceleration.
+        matrix = np.zeros((plant.num_velocities(), first + 3 * _N))
+        force = matrix[-_N:]
+        force[:, _Q] = -np.diag(self._kp)
+        force[:, first : first + _N] = np.diag(self._kp)
+        force[:, first + _N : first + 2 * _N] = np.diag(self._kd)
+        force[:, first + 2 * _N :] = np.eye(_N)
+        forces = builder.AddSystem(MatrixGain(matrix))
+        builder.Connect(known.get_output_port(), forces.get_input_port())
+        builder.Connect(forces.get_output_port(), plant.get_applied_generalized_force_input_port())
         robot = plant.GetModelInstanceByName("lola")
         acceleration = plant.get_generalized_acceleration_output_port(robot)
-        stepped = self._stacked(builder, known, acceleration)
-        torque = np.zeros((_N, stepped.size()))
-        torque[:, : known.size()] = by_state
-        torque[:, _V] -= np.diag(self._damping)
-        torque[:, -_N:] -= PERIOD * np.diag(self._damping)
-        return self._product(builder, torque, stepped)
+        joints = builder.AddSystem(Demultiplexer([acceleration.size() - _N, _N]))
+        builder.Connect(acceleration, joints.get_input_port())
+        return joints.get_output_port(1)
 
-    @staticmethod
-    def _stacked(builder: DiagramBuilder, *ports: OutputPort) -> OutputPort:
-        stack = builder.AddSystem(Multiplexer([port.size() for port in ports]))
-        for i, port in enumerate(ports):
-            builder.Connect(port, stack.get_input_port(i))
-        return stack.get_output_port()
+    def guard(self) -> "DriveGuard":
+        """Return the block that watches the drives."""
+        limit = self._plant.GetEffortUpperLimits()
+        return DampedDriveGuard(torque_limit=limit, stiffness=self._kp, damping=self._kd)
 
-    @staticmethod
-    def _product(builder: DiagramBuilder, matrix: np.ndarray, port: OutputPort) -> OutputPort:
-        product = builder.AddSystem(MatrixGain(matrix))
-        builder.Connect(port, product.get_input_port())
-        return product.get_output_port()
 
+DRIVE_FEEDBACK = Signal(
+    "drive_feedback",
+    "What the plant says of its drives: their torques, or how the joints accelerate.",
+    (Field("feedback", JOINTS, "Nm or rad/s^2"),),
+)
 
 OVERLOADED = Signal(
     "overloaded", "Whether a drive has reached its limit.", (Field("overloaded", ("",), "0/1"),)
@@ -106,7 +105,13 @@ class DriveGuard(Block):
 
     kind = "sensor"
     state = (State(OVERLOADED, hidden=True),)
+    signals = (DRIVE_FEEDBACK,)
     switching = True
+
+    @law
+    def joint_torque(drive_feedback):
+        """Return the torques of the drives, which the plant knows."""
+        return drive_feedback
 
     @law
     def next_overloaded(overloaded, joint_torque, torque_limit):
@@ -116,3 +121,23 @@ class DriveGuard(Block):
             if abs(joint_torque[i]) >= torque_limit[i]:
                 reached = 1.0
         return (reached,)
+
+
+class DampedDriveGuard(DriveGuard):
+    """The same for `DampingServos`, whose torques follow from how the joints accelerate."""
+
+    parts = {"q": Part(PLANT_STATE, "q"), "q_dot": Part(PLANT_STATE, "q_dot")}
+
+    @law
+    def joint_torque(
+        q, q_dot, drive_feedback, joint_desired_state, joint_feedforward, stiffness, damping
+    ):
+        """Return what the servos give, with q and v at the end of the step."""
+        n = len(stiffness)
+        torque = np.zeros(n)
+        for i in range(n):
+            v = q_dot[i] + PERIOD * drive_feedback[i]
+            to_go = joint_desired_state[i] - (q[i] + PERIOD * v)
+            faster = joint_desired_state[n + i] - v
+            torque[i] = stiffness[i] * to_go + damping[i] * faster + joint_feedforward[i]
+        return torque

@@ -36,12 +36,11 @@ from lola_drake.logged import LOGGED
 from lola_drake.plant import add_plant, pad_joints, set_start
 from lola_drake.robot import Kinematics
 from lola_drake.scenario import Scenario, ScenarioError, Walk, as_scenario
-from lola_drake.servos import DampingServos, DriveGuard, ImplicitServos
+from lola_drake.servos import DRIVE_FEEDBACK, DampingServos, ImplicitServos
 from lola_drake.signals import (
     FEET,
     JOINT_DESIRED_STATE,
     JOINT_FEEDFORWARD,
-    JOINT_TORQUE,
     PERIOD,
 )
 from lola_drake.swap import Replacement, load_laws, swapped
@@ -170,19 +169,18 @@ def build_fused(world: World, scenario: Scenario, *, compile_laws: bool | None =
     It does what the diagram of blocks does. The log has what the fused system says of every tick.
     """
     builder, plant = world.builder, world.plant
-    guard = DriveGuard(torque_limit=plant.GetEffortUpperLimits())
-    blocks = world.sensors | {"drive_guard": guard} | world.controller
+    blocks = world.sensors | {"drive_guard": world.servos.guard()} | world.controller
     fused = builder.AddNamedSystem("fused", FusedSystem(blocks, compile_laws=compile_laws))
     command = builder.AddNamedSystem("walk_command", _command_source(scenario.walk))
     layout, state = fused.layout, fused.GetOutputPort("state")
-    torque = world.servos.connect(
+    feedback = world.servos.connect(
         builder,
         _cut(builder, state, layout.signals[JOINT_DESIRED_STATE.name]),
         _cut(builder, state, layout.signals[JOINT_FEEDFORWARD.name]),
     )
     sources = _plant_ports(plant) | {
         "walk_command": command.get_output_port(),
-        JOINT_TORQUE.name: torque,
+        DRIVE_FEEDBACK.name: feedback,
     }
     for i in range(fused.num_input_ports()):
         port = fused.get_input_port(i)

@@ -6,10 +6,12 @@ from pydrake.systems.analysis import Simulator
 
 from lola_drake.block import Block, BlockError, Part, State, law
 from lola_drake.controller import WalkingController
-from lola_drake.fused import FusedSystem, Layout
+from lola_drake.fused import FusedSystem
+from lola_drake.fused_layout import Layout
 from lola_drake.scenario import VARIANTS, Scenario, load_scenario, scenario_paths
 from lola_drake.signals import GAIT_PHASE, PERIOD, Field, Signal
 from lola_drake.simulation import ENGINES, make_world, start
+from lola_drake.theory.kinematics import KinematicTree
 from lola_drake.theory.noise import Noise
 
 AT_ONCE = {"walk.start_time": 0.0, "pattern.first_double_support": 0.2, "duration": 0.35}
@@ -129,7 +131,7 @@ def test_each_law_of_a_controller_finds_what_it_reads(variant):
         written[where] = True
     for call in layout.calls:
         for place in call.arguments:
-            if place.where is not None:
+            if place.value is None:
                 inside = np.arange(layout.start.size)[place.where]
                 assert np.all(written[inside] | (inside >= layout.row.stop)), call.name
         for where in call.results:
@@ -164,6 +166,24 @@ def test_gains_begin_with_the_parameters():
         assert layout.start[at] == getattr(layout.blocks[name].params, gain)
         assert layout.turned.start + layout.gain_index(name, gain) == at
     assert len(layout.gains) == 4 + 2 * 2 + 2 * 2
+
+
+def test_equal_constants_stand_in_the_vectors_once():
+    """Arrays of numbers in one, integers in the other; named tuples field by field."""
+    world = make_world(Scenario())
+    layout = Layout(world.sensors | world.controller)
+    trees = {
+        id(place)
+        for call in layout.calls
+        for place in call.arguments
+        if isinstance(place.value, KinematicTree)
+    }
+    assert len(trees) == 1, "one tree for sensors and controller"
+    places = [place for call in layout.calls for place in call.arguments if place.parts]
+    for place in places:
+        for part, value in zip(place.parts, place.value, strict=True):
+            vector = {"v": layout.start, "n": layout.integers}[part.vector]
+            assert np.array_equal(vector[part.where].reshape(part.shape), value)
 
 
 def test_signals_that_wait_for_one_another_are_named():
@@ -226,6 +246,21 @@ def test_a_law_that_gives_too_few_numbers_is_named(step):
         assert "\n" not in str(caught.value)
 
 
+def test_a_step_in_python_that_gives_too_few_numbers_is_named():
+    class Stepping(Block):
+        signals = KNOWN["signals"]
+        state = (State(WATER),)
+
+        def next_state(self, water):
+            """Forget one of both."""
+            return water[:1]
+
+    blocks = boiler() | {"tank": Stepping()}
+    for system in (WalkingController(blocks), FusedSystem(blocks)):
+        with pytest.raises(ValueError, match="next_state gives 1 numbers, it must give 2"):
+            Ticks(system).step()
+
+
 def test_a_block_that_steps_in_python_runs_last():
     class Stepping(Block):
         signals = KNOWN["signals"]
@@ -233,7 +268,7 @@ def test_a_block_that_steps_in_python_runs_last():
 
         def next_state(self, water, counted, steam, time):
             """Return both parts."""
-            return water + steam[0] + counted, counted + np.array([1.0 + time])
+            return np.concatenate([water + steam[0] + counted, counted + 1.0 + time])
 
     fused = assert_same(boiler() | {"tank": Stepping()}, ("water", "steam", "heat", "share"))
     assert [call.name for call in fused.layout.calls][-1] == "next_state"
@@ -437,7 +472,8 @@ def test_a_clone_and_a_rerun_have_the_same_future(engine):
 def test_signals_of_a_run_are_those_of_its_engine():
     scenario = load_scenario("walk_flat", AT_ONCE | {"duration": 0.25})
     runs = [run_of(scenario, engine) for engine in ENGINES]
-    names = set(runs[0].fused.layout.signals) - {"plant_state", "walk_command", "joint_torque"}
+    names = set(runs[0].fused.layout.signals) - {"plant_state", "walk_command"}
+    names -= {"joint_torque", "drive_feedback"}
     assert {"task_command_l", "contact", "joint_desired_state"} <= names
     for name in names:
         assert np.array_equal(*(run.signal(name) for run in runs)), name

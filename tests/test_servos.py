@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from lola_drake.scenario import load_scenario
-from lola_drake.servos import DriveGuard
+from lola_drake.servos import DampedDriveGuard, DriveGuard
+from lola_drake.signals import PERIOD
 from lola_drake.simulation import start
 from lola_drake.view3d.live import push
 
@@ -60,6 +61,20 @@ def test_what_was_turned_goes_on_behind_the_limit():
     assert run.diagram is not before
     assert run.gain(gain) == 1234.0
     assert run.signal("walk_command").tolist() == [0.1, 0.0, 0.0]
+
+
+def test_a_damped_servo_pulls_towards_where_it_shall_be_at_the_end_of_the_step():
+    """At rest and accelerating it has moved by PERIOD^2 times the acceleration."""
+    law, a = DampedDriveGuard.laws["joint_torque"], np.array([2.0, -4.0])
+    q, v, desired, feedforward = (
+        np.zeros(2),
+        np.zeros(2),
+        np.array([0.1, 0.2, 3.0, 4.0]),
+        np.ones(2),
+    )
+    torque = law(q, v, a, desired, feedforward, np.array([50.0, 60.0]), np.array([5.0, 6.0]))
+    to_go, faster = desired[:2] - PERIOD**2 * a, desired[2:] - PERIOD * a
+    np.testing.assert_allclose(torque, [50, 60] * to_go + [5, 6] * faster + 1.0, rtol=1e-12)
 
 
 @pytest.mark.parametrize(("torque", "reached"), [(99.9, 0.0), (100.0, 1.0), (-100.0, 1.0)])

@@ -7,7 +7,7 @@ from pydrake.systems.framework import LeafSystem
 from lola_drake.block import Block, BlockError, law
 from lola_drake.blocks.hybrid_force_control import HybridForceControl
 from lola_drake.blocks.imu_stabilizer import ImuStabilizer, ImuStabilizerParams
-from lola_drake.fused import Layout
+from lola_drake.fused_layout import Layout
 from lola_drake.scenario import Scenario, load_scenario
 from lola_drake.signals import Field, Signal
 from lola_drake.simulation import ENGINES, make_world, simulate, start
@@ -233,7 +233,7 @@ def test_a_system_may_read_what_carries_an_object(blocks):
     class Switches(LeafSystem):
         def __init__(self, block):
             super().__init__()
-            model = block.objects["pad_loads"].model
+            model = block.objects["pad_reactions"].model
             self.DeclareAbstractInputPort("reaction_forces", model())
             for name, size in (("contact", 8), ("ground_force", 6)):
                 self.DeclareVectorOutputPort(name, size, lambda context, vector: None)

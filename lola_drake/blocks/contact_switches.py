@@ -35,22 +35,25 @@ class ContactSwitchesParams:
         return ContactSwitchesParams(close_force=1.0, open_force=1.0)
 
 
-def forces_in_world(quaternion, q, pad_loads, tree):
+def forces_in_world(quaternion, q, pad_reactions, tree):
     """Return what the pads bear, turned from their own frames to W; pad by pad, shape (24,).
 
     Args:
         quaternion: w, x, y, z of the torso in W.
         q: joint angles (rad), shape (24,).
-        pad_loads: the ground's force on every pad in the pad's frame (N), shape (24,).
+        pad_reactions: torque and force (Nm, N) that hold every pad, in its frame, shape (48,); the
+            ground puts the opposite force on it, since it weighs nothing.
         tree: of the robot's joints; a pad's frame is that of the body that carries it.
     """
     orientation, _, _ = body_poses(q, tree)
     w, x, y, z = quaternion[0], quaternion[1], quaternion[2], quaternion[3]
-    in_torso, forces = np.zeros(3), np.zeros(24)
+    load, in_torso, forces = np.zeros(3), np.zeros(3), np.zeros(24)
     for pad in range(8):
         body = tree.pad_body[pad // 4][pad % 4]
         for i in range(3):
-            in_torso[i] = turned(orientation, body, pad_loads[3 * pad : 3 * pad + 3], i)
+            load[i] = -pad_reactions[6 * pad + 3 + i]
+        for i in range(3):
+            in_torso[i] = turned(orientation, body, load, i)
         a, b, c = in_torso[0], in_torso[1], in_torso[2]
         # v + 2 w (u x v) + 2 u x (u x v), with the quaternion's vector part u.
         d, e, f = 2 * (y * c - z * b), 2 * (z * a - x * c), 2 * (x * b - y * a)
@@ -71,7 +74,7 @@ class ContactSwitches(Block):
     kind = "sensor"
     state = (State(CONTACT, start=1.0), GROUND_FORCE)
     parts = {"quaternion": Part(PLANT_STATE, "quaternion"), "q": Part(PLANT_STATE, "q")}
-    objects = {"pad_loads": Reading("reaction_forces", Value[list[SpatialForce]], 24)}
+    objects = {"pad_reactions": Reading("reaction_forces", Value[list[SpatialForce]], 48)}
     switching = True
 
     def __init__(self, params: ContactSwitchesParams, joints: Sequence[int], tree: KinematicTree):
@@ -85,14 +88,14 @@ class ContactSwitches(Block):
         self._joints = joints
         super().__init__(params, tree=tree)
 
-    def read_pad_loads(self, forces: list[SpatialForce]) -> np.ndarray:
-        """Return the ground's force on every pad, in its frame (N): the pads weigh nothing."""
-        return -np.concatenate([forces[joint].translational() for joint in self._joints])
+    def read_pad_reactions(self, forces: list[SpatialForce]) -> np.ndarray:
+        """Return the plant's torque and force on every pad, in its frame (Nm, N)."""
+        return np.concatenate([forces[joint].get_coeffs() for joint in self._joints])
 
     @law
-    def next_contact(contact, quaternion, q, pad_loads, tree, close_force, open_force):
+    def next_contact(contact, quaternion, q, pad_reactions, tree, close_force, open_force):
         """Return the new state of the switches, 1 for closed: they have a hysteresis."""
-        forces = forces_in_world(quaternion, q, pad_loads, tree)
+        forces = forces_in_world(quaternion, q, pad_reactions, tree)
         closed = np.zeros(len(contact))
         for pad in range(len(contact)):
             threshold = open_force if contact[pad] > 0.5 else close_force
@@ -100,9 +103,9 @@ class ContactSwitches(Block):
         return closed
 
     @law
-    def next_ground_force(quaternion, q, pad_loads, tree):
+    def next_ground_force(quaternion, q, pad_reactions, tree):
         """Return the sum of each foot's pads in W (N)."""
-        forces = forces_in_world(quaternion, q, pad_loads, tree)
+        forces = forces_in_world(quaternion, q, pad_reactions, tree)
         total = np.zeros(6)
         for pad in range(8):
             for axis in range(3):

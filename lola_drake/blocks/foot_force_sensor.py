@@ -49,7 +49,7 @@ class FootForceSensor(Block):
     Params = FootForceSensorParams
     kind = "sensor"
     state = (MEASURED_WRENCH,)
-    objects = {"sole_wrenches": Reading("reaction_forces", Value[list[SpatialForce]], 12)}
+    objects = {"sole_reactions": Reading("reaction_forces", Value[list[SpatialForce]], 12)}
 
     def __init__(
         self,
@@ -76,19 +76,15 @@ class FootForceSensor(Block):
             noise=Noise(deviation, seed, stream=2),
         )
 
-    def read_sole_wrenches(self, forces: list[SpatialForce]) -> list[float]:
-        """Return the plant's force and torque on the left and the right sole (N, Nm)."""
-        wrenches = []
-        for joint in self._joints:
-            coefficients = forces[joint].get_coeffs().tolist()
-            wrenches += coefficients[3:] + coefficients[:3]
-        return wrenches
+    def read_sole_reactions(self, forces: list[SpatialForce]) -> np.ndarray:
+        """Return the plant's torque and force on the left and the right sole (Nm, N)."""
+        return np.concatenate([forces[joint].get_coeffs() for joint in self._joints])
 
     @law
-    def next_measured_wrench(measured_wrench, sole_wrenches, noise, filter_gain):
+    def next_measured_wrench(measured_wrench, sole_reactions, noise, filter_gain):
         """Filter what the sensor feels: the opposite of what acts on the sole."""
         reading = np.zeros(len(noise))
         for i in range(len(noise)):
-            raw = noise[i] - sole_wrenches[i]
+            raw = noise[i] - sole_reactions[i // 6 * 6 + (i + 3) % 6]  # the force comes first
             reading[i] = measured_wrench[i] + filter_gain * (raw - measured_wrench[i])
         return reading

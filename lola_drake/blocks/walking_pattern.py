@@ -13,6 +13,7 @@ publications (Buschmann et al. 2007, 2010). The numbers are our own choice unles
 
 from collections import OrderedDict
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -137,6 +138,24 @@ REQUEST = Signal(
 )
 
 
+PLANNED = (TASK_REFERENCE, GAIT_PHASE, IDEAL_WRENCH, PLANNED_MOTION)
+"""What a plan says in every tick."""
+
+
+class Played(NamedTuple):
+    """A plan that is played.
+
+    Attributes:
+        request: that it answers.
+        plan: the plan.
+        rows: the block's whole state in every tick of the plan.
+    """
+
+    request: StepRequest
+    plan: StepPlan
+    rows: np.ndarray
+
+
 class WalkingPattern(Block):
     """Plans each step at its beginning and plays the plan, one row per tick.
 
@@ -146,7 +165,7 @@ class WalkingPattern(Block):
 
     Params = WalkingPatternParams
     kind = "planning"
-    state = (State(REQUEST, hidden=True), TASK_REFERENCE, GAIT_PHASE, IDEAL_WRENCH, PLANNED_MOTION)
+    state = (State(REQUEST, hidden=True), *PLANNED)
     held = True
 
     def __init__(
@@ -176,30 +195,31 @@ class WalkingPattern(Block):
             ground_stiffness=params.ground_stiffness,
             period=PERIOD,
         )
-        self._plans: OrderedDict[bytes, tuple[StepRequest, StepPlan]] = OrderedDict()
-        packed = pack_request(standing_request(params))
-        _, standing = self._recall(packed)
-        super().__init__(params, initial={REQUEST.name: packed} | _row(standing, 0))
+        self._plans: OrderedDict[bytes, Played] = OrderedDict()
+        standing = self._recall(pack_request(standing_request(params))).rows[0]
+        ends = np.cumsum([state.signal.size for state in self.states.values()])[:-1]
+        parts = np.split(standing, ends)
+        super().__init__(params, initial=dict(zip(self.states, parts, strict=True)))
 
     def next_state(self, time, request, contact, walk_command):
         """Return the request and the plan's row of the next tick."""
-        packed, now = request, time
-        request, plan = self._recall(packed)
-        row = round((now - request.start_time) / PERIOD)
-        following = self._following(now, contact, walk_command, request, plan, row)
+        request, plan, rows = self._recall(request)
+        row = round((time - request.start_time) / PERIOD)
+        following = self._following(time, contact, walk_command, request, plan, row)
         if following is not None:
-            packed = pack_request(following)
-            request, plan = self._recall(packed)
-            row = round((now - request.start_time) / PERIOD)
-        row = min(row + 1, len(plan.gait_phase) - 1)
-        return (packed, *_row(plan, row).values())
+            request, plan, rows = self._recall(pack_request(following))
+            row = round((time - request.start_time) / PERIOD)
+        return rows[min(row + 1, len(rows) - 1)]
 
-    def _recall(self, packed: np.ndarray) -> tuple[StepRequest, StepPlan]:
-        """Return a request and its plan, which is made when it is asked for first."""
+    def _recall(self, packed: np.ndarray) -> Played:
+        """Return the plan that answers a request; it is made when it is asked for first."""
         key = packed.tobytes()
         if key not in self._plans:
             request = unpack_request(packed)
-            self._plans[key] = (request, plan_step(self.model, request))
+            plan = plan_step(self.model, request)
+            tables = [getattr(plan, signal.name) for signal in PLANNED]
+            rows = np.hstack([np.tile(packed, (len(tables[0]), 1)), *tables])
+            self._plans[key] = Played(request, plan, rows)
             if len(self._plans) > 4:
                 self._plans.popitem(last=False)
         return self._plans[key]
@@ -271,12 +291,6 @@ class WalkingPattern(Block):
         if now < self._start_time - 0.5 * PERIOD:
             return np.zeros((0, 3))
         return self._steps[step_index : step_index + HORIZON]
-
-
-def _row(plan: StepPlan, row: int) -> dict[str, np.ndarray]:
-    """Return what a plan says in one row, by the names of the signals."""
-    signals = (TASK_REFERENCE, GAIT_PHASE, IDEAL_WRENCH, PLANNED_MOTION)
-    return {signal.name: getattr(plan, signal.name)[row] for signal in signals}
 
 
 def continued(request: StepRequest, plan: StepPlan, row: int) -> StepRequest:

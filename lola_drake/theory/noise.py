@@ -4,12 +4,32 @@ A sensor's noise must not be state: then a run can be repeated from any moment, 
 context gives the same future. It is drawn in chunks that are kept in a memo.
 """
 
+from collections.abc import Iterable
+
 import numpy as np
 
 CHUNK = 1024
 
 
-class Noise:
+class Chunked:
+    """Samples that are made in chunks, of which the last one is kept."""
+
+    def __init__(self):
+        self._number, self._chunk = -1, np.empty((0, 0))
+
+    def __call__(self, k: int) -> np.ndarray:
+        """Return sample k >= 0, shape (size,)."""
+        number, row = divmod(k, CHUNK)
+        if number != self._number:
+            self._number, self._chunk = number, self.chunk(number)
+        return self._chunk[row]
+
+    def chunk(self, number: int) -> np.ndarray:
+        """Return a chunk, shape (CHUNK, size)."""
+        raise NotImplementedError
+
+
+class Noise(Chunked):
     """White Gaussian noise; sample k is the same whenever it is asked for."""
 
     def __init__(self, deviation: np.ndarray, seed: int, stream: int):
@@ -20,16 +40,23 @@ class Noise:
             seed: of the run.
             stream: number of the sensor; streams are independent.
         """
+        super().__init__()
         self._deviation, self._key = deviation, (seed, stream)
         self.size = len(deviation)
-        self._number, self._chunk = -1, np.empty((0, len(deviation)))
 
-    def __call__(self, k: int) -> np.ndarray:
-        """Return sample k >= 0, shape (size,)."""
-        number, row = divmod(k, CHUNK)
-        if number != self._number:
-            generator = np.random.default_rng([*self._key, number])
-            sample = generator.standard_normal((CHUNK, len(self._deviation)))
-            self._chunk = self._deviation * sample
-            self._number = number
-        return self._chunk[row]
+    def chunk(self, number: int) -> np.ndarray:
+        """Return a chunk, shape (CHUNK, size)."""
+        generator = np.random.default_rng([*self._key, number])
+        return self._deviation * generator.standard_normal((CHUNK, self.size))
+
+
+class Noises(Chunked):
+    """Several noises, their samples end to end."""
+
+    def __init__(self, parts: Iterable[Noise]):
+        super().__init__()
+        self._parts = list(parts)
+
+    def chunk(self, number: int) -> np.ndarray:
+        """Return a chunk, shape (CHUNK, size of all)."""
+        return np.hstack([np.empty((CHUNK, 0)), *(part.chunk(number) for part in self._parts)])

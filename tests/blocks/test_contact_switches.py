@@ -36,10 +36,10 @@ def switched(kinematics):
     """Return the new state of a switch; all the others are pressed and stay closed."""
 
     def after(closed, force, close_force, open_force):
-        contact, forces = np.ones(8), np.tile([9.0, -9.0, 1e3], 8)
-        contact[5], forces[3 * 5 + 2] = closed, force
+        contact, reactions = np.ones(8), np.tile([7.0, 7.0, 7.0, 9.0, -9.0, -1e3], 8)
+        contact[5], reactions[6 * 5 + 5] = closed, -force
         law, tree = ContactSwitches.laws["next_contact"], kinematics.tree
-        result = law(contact, UPRIGHT, np.zeros(24), forces, tree, close_force, open_force)
+        result = law(contact, UPRIGHT, np.zeros(24), reactions, tree, close_force, open_force)
         assert np.delete(result, 5).all()
         return result[5]
 
@@ -77,7 +77,8 @@ def test_a_pad_bears_the_opposite_of_what_holds_it(kinematics):
     reactions = [SpatialForce([9.0, 9.0, 9.0], [k, 10.0 * k, 100.0 * k]) for k in range(20)]
     joints = (3, 5, 7, 9, 11, 13, 15, 17)
     switches = ContactSwitches(ContactSwitchesParams(), joints, kinematics.tree)
-    loads = np.reshape(switches.read_pad_loads(reactions), (8, 3))
+    read = switches.read_pad_reactions(reactions)
+    loads = np.reshape(forces_in_world(UPRIGHT, np.zeros(24), read, kinematics.tree), (8, 3))
     np.testing.assert_array_equal(loads, np.outer(joints, [-1.0, -10.0, -100.0]))
 
 
@@ -96,7 +97,8 @@ def test_forces_are_turned_from_the_pads_to_the_world(kinematics):
         @ load
         for joint, load in zip(pad_joints(plant), loads, strict=True)
     ]
-    forces = forces_in_world(torso.wxyz(), q, loads.ravel(), kinematics.tree)
+    reactions = np.hstack([np.full((8, 3), 7.0), -loads]).ravel()
+    forces = forces_in_world(torso.wxyz(), q, reactions, kinematics.tree)
     np.testing.assert_allclose(np.reshape(forces, (8, 3)), expected, atol=1e-12)
 
 
