@@ -6,6 +6,7 @@ compiles become one function of machine code; between them the rest is called as
 blocks that are no pure law, such as the walking pattern, and laws that numba does not know.
 """
 
+import sys
 from collections.abc import Callable, Iterator
 from itertools import groupby
 
@@ -13,10 +14,12 @@ import numpy as np
 from pydrake.systems.framework import BasicVector, Context, InputPort, LeafSystem
 
 from lola_drake.block_system import check_size, plain_value, sample_arguments, tick_of
-from lola_drake.compiled import NotCompilable, compiled, compiled_text, compiling
+from lola_drake.compiled import NotCompilable, compiled, compiled_text, compiling, is_kept
 from lola_drake.fused_layout import Blocks, Call, Layout, Place
 from lola_drake.signals import PERIOD
 from lola_drake.theory.noise import Noises
+
+COMPILING = "lola: compiling the controller's laws, once; this takes 10 to 25 s"
 
 
 def programs(layout: Layout, compile_laws: bool) -> list[Callable[[np.ndarray], None]]:
@@ -140,6 +143,8 @@ def _in_machine_code(layout: Layout, calls: list[Call]) -> Callable[[np.ndarray]
     integers, positions = layout.integers, np.array(at)
     try:
         function = compiled_text("tick", program, called)
+        if not is_kept(function):
+            print(COMPILING, file=sys.stderr, flush=True)
         _compile(function)
     except Exception as error:
         raise NotCompilable(str(error)) from error

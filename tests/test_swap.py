@@ -95,7 +95,7 @@ def test_a_function_of_the_block_takes_its_place(blocks):
     def softer(block):
         return ImuStabilizer(ImuStabilizerParams(stiffness=0.5 * block.params.stiffness))
 
-    assert swapped(blocks, {"imu_stabilizer": softer})["imu_stabilizer"].params.stiffness == 800.0
+    assert swapped(blocks, {"imu_stabilizer": softer})["imu_stabilizer"].params.stiffness == 1000.0
 
 
 def test_a_system_of_drakes_takes_the_place_of_a_block(blocks):

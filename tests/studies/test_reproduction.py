@@ -134,10 +134,11 @@ def test_experiments_have_the_papers_gains():
 
 
 def test_one_set_of_gains_for_all_experiments():
-    """But for what the paper itself changes: delta, g_a, phase reset, step height."""
+    """But for what the paper itself changes: delta, with it K_a,x, g_a, phase reset, step height."""
     allowed = {
         "control.force.time_constant",
         "control.com_dynamics.gain",
+        "control.com_dynamics.decay_gain",
         "pattern.phase_reset",
         "pattern.step_height",
     }
@@ -145,3 +146,6 @@ def test_one_set_of_gains_for_all_experiments():
         changed = differences(experiment.scenarios()[1])
         gains = {key for key in changed if key.startswith(("control.", "pattern.", "sensors."))}
         assert gains <= allowed, experiment.name
+        control = experiment.scenarios()[1].control
+        inverse = 1 / control.force.time_constant
+        assert control.com_dynamics.decay_gain == pytest.approx(inverse, rel=0.01)
