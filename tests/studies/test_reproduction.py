@@ -134,7 +134,7 @@ def test_experiments_have_the_papers_gains():
 
 
 def test_one_set_of_gains_for_all_experiments():
-    """But for what the paper itself changes: delta, with it K_a,x, g_a, phase reset, step height."""
+    """But for what the paper changes: delta (with it K_a,x), g_a, phase reset, step height."""
     allowed = {
         "control.force.time_constant",
         "control.com_dynamics.gain",
