@@ -44,7 +44,11 @@ def draw_card(block: Block, link: Link) -> Drawing:
         Label("ink", BORDER, BORDER + 2, f"{block.name}: {block.type}", 14, bold=True),
         *(Label("faint", BORDER, BORDER + 20 + LINE * i, t, 9) for i, t in enumerate(facts)),
         Group(head, link(block) and "Open the source file", link(block)),
-        *(_through(block, pair, left, right, in_y, out_y) for pair in block.through),
+        *(
+            _through(block, (source, sink), left, right, in_y, out_y)
+            for source, sink in block.through
+            if source in in_y and sink in out_y
+        ),
     ]
     for port in block.inputs:
         items += _port(port, left, in_y[port.name], output=False)

@@ -181,3 +181,11 @@ def test_any_diagram_of_drake_can_be_drawn():
     assert {box.content.name for box in sheet.boxes} == {"gain", "hold", "alone", "result"}
     feedback = next(wire for wire in sheet.wires if wire.net.source[0] == "hold")
     assert feedback.lines[0][0][0] > feedback.lines[0][-1][0]
+
+
+def test_every_system_can_be_drawn_alone(simulation, tmp_path):
+    names = {block.name for block in read_block(simulation).walk()}
+    assert {"lola", "plant", "scene_graph", "controller", "imu"} <= names
+    for name in names:
+        path = save_diagram(simulation, tmp_path / f"{name}.svg", system=name, depth=0)
+        assert name in path.read_text(encoding="utf-8")
