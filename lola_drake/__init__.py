@@ -5,7 +5,12 @@ what does not need Drake does not wait for it.
 """
 
 import importlib
+import os
 from typing import Any
+
+# A second thread never pays for matrices of a few hundred rows, and on busy cores all threads wait
+# for the slowest in every product. OpenBLAS asks when numpy is imported.
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 _HOME = {
     "AnalysisError": "linear.errors",

@@ -1,5 +1,9 @@
 """Fixtures that several test modules share."""
 
+import lola_drake  # noqa: F401  # before numpy: it says how many threads that uses
+
+# isort: split
+
 import numpy as np
 import pytest
 from hypothesis import settings

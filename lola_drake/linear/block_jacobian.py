@@ -97,6 +97,8 @@ def block_jacobian(
     group: Iterable[str],
     inputs: Iterable[Target],
     outputs: Iterable[Source],
+    *,
+    checked: bool = True,
 ) -> BlockJacobian:
     """Return the Jacobian of a group of blocks.
 
@@ -105,6 +107,8 @@ def block_jacobian(
         group: paths of those that belong together.
         inputs: which of their inputs to move.
         outputs: which of their outputs to read.
+        checked: whether to see if a tick is such a function, and look for kinks; Newton's method
+            need not ask at every step.
 
     Raises:
         AnalysisError: if one tick of theirs is no function of states and inputs alone.
@@ -119,10 +123,11 @@ def block_jacobian(
             raise AnalysisError(
                 f"{names} cannot be linearised: it gives numbers that are not finite"
             )
-        check_memory(names, [block.root for block in blocks.values()], group.moved, group.tick)
-        for path, block in blocks.items():
-            check_events(path, block)
-        raw, kinks = _differences(group, following)
+        if checked:
+            check_memory(names, [block.root for block in blocks.values()], group.moved, group.tick)
+            for path, block in blocks.items():
+                check_events(path, block)
+        raw, kinks = _differences(group, following, checked)
     return BlockJacobian(
         group=tuple(blocks),
         states=group.tangents,
@@ -224,14 +229,19 @@ class _Group:
         return _Slot(name, entries, partial(fix_port, port, block.context), value, directions)
 
 
-def _differences(group: _Group, base: np.ndarray) -> tuple[np.ndarray, list[str]]:
-    """Return the derivative of `tick` by all slots, and the names of kinks and quantisers."""
+def _differences(group: _Group, base: np.ndarray, checked: bool) -> tuple[np.ndarray, list[str]]:
+    """Return the derivative of `tick` by all slots, and the names of kinks and quantisers.
+
+    Without looking for these, there are none.
+    """
     columns, kinks, flat = [np.zeros((base.size, 0))], [], []
     for slot in group.slots:
         for entry, direction in zip(slot.entries, slot.directions.T, strict=True):
             at = partial(_moved, group, slot, direction)
             column = _column(group, at, base, max(1.0, abs(slot.value @ direction)))
             columns.append((column.ahead - column.behind)[:, None] / (2 * column.step))
+            if not checked:
+                continue
             if is_flat(column):
                 flat.append(_Flat(f"{slot.name}.{entry}", slot, direction, column))
             elif solver_has_kink(column, at) if group.has_solver else has_kink(column, at):

@@ -96,8 +96,9 @@ def frequency_grid(loop: control.StateSpace, per_decade: int = PER_DECADE) -> np
     lowest = 1e-3 * np.abs(s).min(initial=nyquist) / (2 * np.pi)
     lowest = max(lowest, 1e-8 * nyquist)
     even = np.geomspace(lowest, nyquist, round(per_decade * np.log10(nyquist / lowest)))
-    # Delays turn the phase evenly all the way to Nyquist.
-    turning = np.linspace(0.0, nyquist, 10 * (1 + loop.nstates))[1:]
+    # Delays turn the phase evenly all the way to Nyquist; each signal has its own part of them.
+    delays = -(-loop.nstates // max(loop.ninputs, 1))
+    turning = np.linspace(0.0, nyquist, 10 * (1 + delays))[1:]
     light = np.unique(s[(np.abs(s.real) < LIGHT * s.imag)].round(9))
     width = np.maximum(np.abs(light.real), 1e-7 * light.imag)[:, None]
     reach = np.maximum(0.1 * light.imag[:, None], 4 * width)

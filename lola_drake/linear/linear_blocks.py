@@ -19,6 +19,7 @@ def linear_blocks(
     outputs: Iterable[Selection],
     *,
     hold: Iterable[str] = (),
+    checked: bool = True,
 ) -> LinearBlocks:
     """Return the Jacobians of all blocks that have state, and of those between them.
 
@@ -28,6 +29,7 @@ def linear_blocks(
         inputs: signals at which something will be added.
         outputs: signals that will be read.
         hold: paths of blocks to hold besides those that always are.
+        checked: as in `block_jacobian`.
 
     Raises:
         AnalysisError: if one of these is no block, or a block cannot be linearised.
@@ -55,7 +57,7 @@ def linear_blocks(
         ]
         readers = {wiring.feeds[t] for t in isolated.inputs if t.block in moving}
         sources = sorted(s for s in readers | read if s.block in group and not s.is_input)
-        jacobians.append(block_jacobian(isolated, group, targets, sources))
+        jacobians.append(block_jacobian(isolated, group, targets, sources, checked=checked))
     return LinearBlocks(isolated, tuple(jacobians), tuple(sorted(held)), _period(isolated, moving))
 
 

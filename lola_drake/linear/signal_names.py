@@ -14,9 +14,13 @@ _FORCE_UNITS, _FORCE_SCALE = ("N", "Nm", "Nm, N"), 100.0
 
 
 def signal_of(port: InputPort | OutputPort) -> Signal | None:
-    """Return what `lola_drake.signals` says about a port, by its name."""
-    signal = signals.signal_of(port.get_name())
-    return signal if signal and signal.size == port.size() else None
+    """Return what a port carries: as its block declares it, or else by its name alone."""
+    block, name = getattr(port.get_system(), "block", None), port.get_name()
+    declared = {**block.inputs, **block.outputs} if block else {}
+    signal = declared.get(name, signals.signal_of(name))
+    if not isinstance(signal, Signal):
+        return None
+    return signal if signal.size == port.size() else None
 
 
 def is_wrench_list(port: InputPort | OutputPort) -> bool:

@@ -71,10 +71,12 @@ def response(theta, delay, through, modes) -> np.ndarray:
     z = np.exp(1j * theta)
     L = np.full(z.shape, complex(through))
     for pole, residue in modes:
-        L += residue / (z - pole)
         if pole.imag:
-            L += residue.conjugate() / (z - pole.conjugate())
-    return L * z**-delay
+            both = 2 * (residue.real * z - (residue * pole.conjugate()).real)
+            L += both / ((z - pole) * (z - pole.conjugate()))
+        else:
+            L += residue / (z - pole)
+    return L * np.exp(-1j * delay * theta) if delay else L
 
 
 def by_brute_force(dt, delay, through, modes) -> dict[str, float]:

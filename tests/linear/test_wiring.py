@@ -2,9 +2,14 @@
 
 import pytest
 from linear_toys import discrete, loop
+from pydrake.systems.framework import LeafSystem
 
+import lola_drake as lola
+from lola_drake.block_system import BlockSystem
 from lola_drake.linear.errors import AnalysisError
+from lola_drake.linear.signal_names import signal_of, switches
 from lola_drake.linear.wiring import Source, Target, Wiring
+from lola_drake.signals import Field, Signal
 
 
 @pytest.fixture(scope="module")
@@ -62,3 +67,26 @@ def test_a_single_block_has_its_inputs_as_signals():
     block.set_name("filter")
     assert Wiring(block).select("u0").source == Source("", 0, is_input=True)
     assert Wiring(loop(block)).select("plant.y0").source == Source("plant", 0)
+
+
+class Pressures(lola.Block):
+    """A block of one's own, whose `contact` is no switch."""
+
+    signals = (
+        Signal("contact", "Pressures.", (Field("p", tuple("01234567"), "Pa"),)),
+        Signal("load", "Their sum.", (Field("sum", ("",), "Pa"),)),
+    )
+
+    @lola.law
+    def load(contact):
+        """Return the sum of two, shape (1,)."""
+        return (contact[0] + contact[7],)
+
+
+def test_a_signal_is_what_the_block_declares_not_what_its_name_suggests():
+    own = BlockSystem(Pressures()).get_input_port(0)
+    assert (own.get_name(), own.size()) == ("contact", 8)
+    assert not switches(own).any()
+    assert signal_of(own).entry_units() == ("Pa",) * 8
+    undeclared = LeafSystem().DeclareVectorInputPort("contact", 8)
+    assert switches(undeclared).all()

@@ -242,7 +242,11 @@ def _row(
         spans[name] = stable_spans(
             kind.x.values, growth < 0, lambda x, at_x=at_x: growth_rate(at_x(x), torso) < 0
         )
-        disk = disk or [_disk_margin(point, torso) for point in points]
+        # A margin costs far more than poles do: only where there is one.
+        disk = disk or [
+            _disk_margin(point, torso) if stable else 0.0
+            for point, stable in zip(points, growth < 0, strict=True)
+        ]
     return rates.pop(""), disk, rates, spans
 
 
