@@ -169,13 +169,26 @@ def test_the_delay_margin_has_a_crossover_of_its_own():
 
 
 def test_a_stabiliser_near_its_border_shows_how_near():
-    """Disk and peak of a loop whose least damped pole is all but undamped."""
-    turned = {"control.stabilizer.stiffness": 2360, "control.stabilizer.damping": 442.5}
+    """Its gain margin leads to the border, and there the disk is all but gone."""
     signal = "modified_wrench.T.y"
-    workpoint = make_workpoint(lola.load_scenario("stand", turned), "stand", [signal], [signal])
-    (found,) = open_at(workpoint, signal).margins
-    assert found.disk == pytest.approx(0.0013, rel=0.05)
-    assert found.peak_sensitivity == pytest.approx(791, rel=0.05)
+
+    def margin(part: float):
+        turned = {
+            "control.stabilizer.stiffness": 2360 * part,
+            "control.stabilizer.damping": 900 * part,
+        }
+        point = make_workpoint(lola.load_scenario("stand", turned), "stand", [signal], [signal])
+        (found,) = open_at(point, signal).margins
+        return found
+
+    border = margin(1.0).gain_up
+    assert 1.02 < border < 1.2
+    near, beyond = margin(0.999 * border), margin(1.001 * border)
+    assert near.stable
+    assert not beyond.stable
+    assert near.gain_up == pytest.approx(1 / 0.999, rel=1e-4)
+    assert near.disk < 0.002
+    assert near.disk * near.peak_sensitivity == pytest.approx(1, rel=0.1)
 
 
 def test_zeros_are_where_the_response_is_zero():

@@ -78,7 +78,7 @@ def test_a_torso_that_swings_can_make_standing_unstable(workpoint):
 def test_a_map_says_where_it_is_stable():
     kind = MapKind(
         "delta and g_a",
-        Axis(DELTA, (0.0025, 0.03), "delta (ms)", 1e3),
+        Axis(DELTA, (0.0015, 0.03), "delta (ms)", 1e3),
         Axis(GAIN, (0.0, 1.0), "g_a"),
         "stand",
     )
@@ -91,7 +91,7 @@ def test_a_map_says_where_it_is_stable():
     for spans in result.spans[""]:
         ((border, last),) = spans
         assert last == 0.03
-        assert border == pytest.approx(0.0092, abs=0.003), "found between the map's two points"
+        assert 0.002 < border < 0.006, "found between the map's two points"
     assert result.as_numbers()["growth_per_s"][0][0] > 0
     assert result.settings["simulation"].growth < 0
 
