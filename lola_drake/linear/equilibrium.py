@@ -11,6 +11,10 @@ from lola_drake.linear.poles import neutral
 
 ITERATIONS = 20
 
+SLOW = 1e-6
+"""What moves by less than this part of itself in a tick stays where it is: as a height that no law
+holds, which the numbers' noise alone would carry away."""
+
 
 def find_equilibrium(
     diagram: Diagram, start: Context, allowed: float = 1e-6
@@ -50,8 +54,8 @@ def _newton_step(blocks: LinearBlocks) -> np.ndarray:
     balanced = (np.eye(len(A)) - A) * scale / scale[:, None]
     free = ~neutral(blocks.state_names)
     step = np.zeros(len(A))
-    # Least squares: a state that nothing moves, such as an integrator without gain, stays.
+    # Least squares: what nothing moves, such as an integrator without gain, stays.
     step[free] = np.linalg.lstsq(
-        balanced[np.ix_(free, free)], (blocks.drift / scale)[free], rcond=1e-12
+        balanced[np.ix_(free, free)], (blocks.drift / scale)[free], rcond=SLOW
     )[0]
     return step * scale

@@ -68,3 +68,17 @@ def test_any_time_of_any_scenario():
 def test_an_operating_point_that_does_not_exist_is_one_clear_error(at, message):
     with pytest.raises(AnalysisError, match=message):
         situation(lola.load_scenario("stand"), at)
+
+
+def height(situation) -> float:
+    """Return the torso's height (m)."""
+    plant = situation.diagram.GetSubsystemByName("plant")
+    return plant.GetPositions(plant.GetMyContextFromRoot(situation.context))[6]
+
+
+def test_a_law_that_holds_no_height_stands_where_it_is(standing):
+    """Nothing chooses the height, so the search for an equilibrium may not carry it away."""
+    scenario = lola.load_scenario("stand", {"control.stabilizer.height_stiffness": 0.0})
+    free = situation(scenario, "stand")
+    assert free.residual < 1e-6
+    assert height(free) == pytest.approx(height(standing), abs=0.002)
