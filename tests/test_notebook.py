@@ -14,7 +14,7 @@ def test_a_result_is_short_in_words_and_a_table_in_a_notebook(make_result):
     table = result._repr_html_()
     assert "completed at 3.599 s" in table and "max_inclination_deg.x" in table
     fallen = make_result(steps=1, completed=False, fall_time=1.5)
-    assert "fell at 1.50 s" in repr(fallen) and "fell at 1.50 s" in fallen._repr_html_()
+    assert "fell at 1.500 s" in repr(fallen) and "fell at 1.500 s" in fallen._repr_html_()
     assert "interrupted" in repr(make_result(steps=1, completed=False))
 
 

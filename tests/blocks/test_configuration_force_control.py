@@ -207,7 +207,7 @@ def test_a_late_foot_seeks_the_ground_until_it_touches():
         return feet.output("task_modification_l")[2]
 
     step(1, [0.0, 1.0], [0.0, 1.0])
-    assert step(200, [1.0, 1.0], [0.0, 1.0]) == pytest.approx(-0.22 * (0.17 - 0.025), abs=2e-3)
+    assert step(200, [1.0, 1.0], [0.0, 1.0]) == pytest.approx(-0.25 * (0.17 - 0.025), abs=2e-3)
     reached = step(1, [1.0, 1.0], [1.0, 1.0])
     assert step(100, [1.0, 1.0], [0.0, 1.0]) == pytest.approx(reached, abs=2e-3)
     assert feet.output("task_modification_r")[2] == pytest.approx(0, abs=4e-3)

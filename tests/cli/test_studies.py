@@ -23,7 +23,7 @@ def lola(make_result, monkeypatch, tmp_path):
     def simulate(scenario):
         runs.append(scenario)
         heights = [obstacle.height for obstacle in scenario.ground.obstacles]
-        fell = scenario.variant == "ref" and 0.07 in heights
+        fell = scenario.variant == "ref" and 0.085 in heights
         fall = {"completed": False, "fall_time": 1.5} if fell else {}
         result = make_result(scenario, steps=2, **fall)
         inclination = np.radians(1.0 if scenario.variant == "dyn" else 2.0)
