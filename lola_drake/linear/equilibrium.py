@@ -11,7 +11,7 @@ from lola_drake.linear.poles import neutral
 
 ITERATIONS = 20
 
-SLOW = 1e-6
+SLOW = 2e-7
 """What moves by less than this part of itself in a tick stays where it is: as a height that no law
 holds, which the numbers' noise alone would carry away."""
 
