@@ -11,9 +11,13 @@ from lola_drake.linear.poles import neutral
 
 ITERATIONS = 20
 
-SLOW = 2e-7
-"""What moves by less than this part of itself in a tick stays where it is: as a height that no law
-holds, which the numbers' noise alone would carry away."""
+SLOW = (1e-12, 1e-6)
+"""What moves by less than this part of itself in a tick stays where it is. First that is nothing;
+if that leads nowhere, it is what takes longer than a quarter of an hour: a height that no law holds
+is carried away by the noise of the numbers."""
+
+LOST = 1e3
+"""Newton's method has lost its way when the drift has grown to this many times the first one."""
 
 
 def find_equilibrium(
@@ -30,15 +34,29 @@ def find_equilibrium(
     Raises:
         AnalysisError: if Newton's method does not get there.
     """
-    context, last = start.Clone(), np.inf
-    for k in range(ITERATIONS):
+    for slow in SLOW:
+        try:
+            return _search(diagram, start.Clone(), allowed, slow)
+        except AnalysisError as error:
+            failure = error
+    raise failure
+
+
+def _search(
+    diagram: Diagram, context: Context, allowed: float, slow: float
+) -> tuple[Context, float]:
+    """Return the context, moved to an equilibrium, and the drift that is left."""
+    drifts: list[float] = []
+    while len(drifts) < ITERATIONS:
         # What blocks are does not change on the way: they are looked into once.
-        blocks = linear_blocks(diagram, context, [], [], checked=not k)
+        blocks = linear_blocks(diagram, context, [], [], checked=not drifts)
         drift = float(np.abs(blocks.relative_drift).max(initial=0.0))
-        if drift <= allowed and drift > 0.1 * last:
+        if drifts and 0.1 * drifts[-1] < drift <= allowed:
             return context, drift
-        last = drift
-        blocks.coordinates.move(context, _newton_step(blocks))
+        if drifts and drift > LOST * max(drifts[0], allowed):
+            break
+        drifts.append(drift)
+        blocks.coordinates.move(context, _newton_step(blocks, slow))
     try:
         blocks.check_equilibrium(allowed)
     except AnalysisError as error:
@@ -46,7 +64,7 @@ def find_equilibrium(
     return context, drift
 
 
-def _newton_step(blocks: LinearBlocks) -> np.ndarray:
+def _newton_step(blocks: LinearBlocks, slow: float) -> np.ndarray:
     """Return the motion that brings the drift to zero, to first order."""
     A = blocks.interconnect([], []).A
     # States have many units: balancing makes them comparable.
@@ -56,6 +74,6 @@ def _newton_step(blocks: LinearBlocks) -> np.ndarray:
     step = np.zeros(len(A))
     # Least squares: what nothing moves, such as an integrator without gain, stays.
     step[free] = np.linalg.lstsq(
-        balanced[np.ix_(free, free)], (blocks.drift / scale)[free], rcond=SLOW
+        balanced[np.ix_(free, free)], (blocks.drift / scale)[free], rcond=slow
     )[0]
     return step * scale
