@@ -15,6 +15,7 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 _HOME = {
     "AnalysisError": "linear.errors",
     "Block": "block",
+    "block_diagram": "diagram.block_diagram",
     "BlockError": "block",
     "build_simulation": "world",
     "compare": "studies.variants",

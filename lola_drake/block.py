@@ -188,6 +188,10 @@ class Block:
         self._check_laws()
         self._check_order()
 
+    def __repr__(self):
+        foot = f" of foot {self.foot}" if self.foot else ""
+        return f"<{type(self).__name__}{foot}: {', '.join(self.outputs)}>"
+
     @classmethod
     def in_place_of(cls, block: "Block") -> "Block":
         """Return a block of this class that takes another one's place, with what that one knows.

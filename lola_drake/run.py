@@ -36,6 +36,10 @@ class Gain(NamedTuple):
     name: str
     field: DataclassField
 
+    def __repr__(self):
+        unit = self.field.metadata.get("unit") or "-"
+        return f"<Gain {self.block}.{self.name} ({unit})>"
+
 
 class _Snapshot(NamedTuple):
     """The moment before some ticks: the time (s), and the states of plant and fused system."""
@@ -72,6 +76,10 @@ class Run:
         self._earlier: list[tuple[np.ndarray, np.ndarray]] = []
         self._begin(diagram)
         self.simulator.Initialize()
+
+    def __repr__(self):
+        scenario, engine = self.scenario, "fused" if self.fused else "diagram"
+        return f"<Run of {scenario.name} ({scenario.variant}): at {self.time:.3f} s, {engine}>"
 
     def _begin(self, diagram: Diagram) -> None:
         self.diagram = diagram

@@ -146,7 +146,7 @@ class OwnLaw:
             raise ParameterError("law", self.law, "of the form FILE.py:CLASS")
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Scenario:
     """One experiment, complete: a run depends on nothing else but the versions of the software.
 
@@ -178,6 +178,9 @@ class Scenario:
         check_start(self.start, width, self.ground)
         check_steps(self.walk.steps, width)
         check_command(self.walk.command, self.pattern.step_time, width)
+
+    def __repr__(self):
+        return f"<Scenario {self.name} ({self.variant}): {self.duration:g} s, seed {self.seed}>"
 
     def active_control(self) -> Control:
         """Return what the controller runs with in this variant: `ref` is the gain 0."""

@@ -65,9 +65,9 @@ class Group:
 Item = Line | Label | Group
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Drawing:
-    """A page of items.
+    """A page of items; a notebook shows it as SVG.
 
     Attributes:
         title, description: For readers that cannot see it, and for search.
@@ -82,6 +82,12 @@ class Drawing:
     title: str = ""
     description: str = ""
     extra_css: str = ""
+
+    def __repr__(self):
+        return f"<Drawing of {self.title or 'something'}, {self.width:.0f} x {self.height:.0f} pt>"
+
+    def _repr_svg_(self) -> str:
+        return to_svg(self)
 
 
 def rectangle(

@@ -9,41 +9,18 @@ tick. Contact switches are held too: they do not move by a little. Logs have no 
 """
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
 
-import control
 import numpy as np
 from pydrake.systems.framework import Context, System
 
 from lola_drake.linear.errors import AnalysisError
 from lola_drake.linear.interconnection import LinearBlocks, Matrices, StateSelection
 from lola_drake.linear.linear_blocks import linear_blocks
+from lola_drake.linear.model import LinearModel, OperatingPoint
 from lola_drake.linear.wiring import Selection, Wiring
 
 NEGLIGIBLE = 1e-9
 """A coupling this much smaller than the largest one of its state counts as none."""
-
-
-@dataclass(frozen=True)
-class OperatingPoint:
-    """Where and how a linear model was made.
-
-    Attributes:
-        time: of the context (s).
-        drift: by how much each state moves in this tick, by name; all zero in an equilibrium.
-        residual: the largest drift, relative to 100 N, 100 Nm, and 1 of everything else.
-        held: blocks that were held.
-        cut: states that were cut because nothing observes or excites them.
-        kinks: states and inputs of blocks at which the two sides have different slopes; the model
-            has the mean of both.
-    """
-
-    time: float
-    drift: dict[str, float]
-    residual: float
-    held: tuple[str, ...]
-    cut: tuple[str, ...]
-    kinks: tuple[str, ...]
 
 
 def linearize(
@@ -57,7 +34,7 @@ def linearize(
     minimal: bool = False,
     equilibrium: float | None = None,
     kinks: bool = False,
-) -> control.StateSpace:
+) -> LinearModel:
     """Return the linear model of a diagram or block at an operating point.
 
     Signals are named `[block.]signal[.field[.entry]]`, for instance `measured_wrench`,
@@ -81,7 +58,8 @@ def linearize(
         kinks: whether to take the mean slope where the two sides have different ones.
 
     Returns:
-        A discrete-time StateSpace with an attribute `operating_point`, an `OperatingPoint`.
+        A discrete-time `control.StateSpace` with named signals and states and an
+        `operating_point`.
 
     Raises:
         AnalysisError: if a signal or a block to hold is unknown, a block cannot be linearised (see
@@ -111,12 +89,12 @@ def state_space(
     *,
     minimal: bool = False,
     time: float = 0.0,
-) -> control.StateSpace:
+) -> LinearModel:
     """Return the model of interconnected blocks; the arguments are those of `linearize`."""
     matrices = blocks.interconnect(inputs, outputs, opened)
     names = np.array(blocks.state_names, dtype=object)
     kept = essential(matrices) if minimal else np.ones(len(names), dtype=bool)
-    model = control.StateSpace(
+    return LinearModel(
         matrices.A[np.ix_(kept, kept)],
         matrices.B[kept],
         matrices.C[:, kept],
@@ -125,17 +103,15 @@ def state_space(
         inputs=[label for selection in inputs for label in selection.labels_with_units],
         outputs=[label for selection in outputs for label in selection.labels_with_units],
         states=list(names[kept]),
-        remove_useless_states=False,
+        operating_point=OperatingPoint(
+            time=time,
+            drift=dict(zip(names, blocks.drift, strict=True)),
+            residual=float(np.abs(blocks.relative_drift).max(initial=0.0)),
+            held=blocks.held,
+            cut=tuple(names[~kept]),
+            kinks=blocks.kinks,
+        ),
     )
-    model.operating_point = OperatingPoint(
-        time=time,
-        drift=dict(zip(names, blocks.drift, strict=True)),
-        residual=float(np.abs(blocks.relative_drift).max(initial=0.0)),
-        held=blocks.held,
-        cut=tuple(names[~kept]),
-        kinks=blocks.kinks,
-    )
-    return model
 
 
 def essential(matrices: Matrices) -> np.ndarray:

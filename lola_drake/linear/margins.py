@@ -12,6 +12,7 @@ from lola_drake.linear.errors import AnalysisError
 from lola_drake.linear.frequency import PER_DECADE, Transfer, frequency_grid
 from lola_drake.linear.poles import UNSTABLE, spectral_radius
 from lola_drake.linear.refine import largest, zeros_of
+from lola_drake.linear.tables import margin_table
 
 ENDLESS = 1e9
 """A gain that may grow by this factor may grow by any: what is beyond is rounding."""
@@ -86,6 +87,10 @@ class LoopMargins:
 
     each: tuple[Margins, ...]
     together: MatrixMargins
+
+    def _repr_html_(self) -> str:
+        table = margin_table(f"{len(self.each)} signals, one at a time", self.each)
+        return f"{table.as_html()}<p>All at once: disk margin {self.together.disk:.2f}</p>"
 
 
 def margins(loop: control.StateSpace) -> LoopMargins:

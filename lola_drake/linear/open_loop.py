@@ -2,10 +2,10 @@
 
 from collections.abc import Sequence
 
-import control
 from pydrake.systems.framework import Context, Diagram
 
 from lola_drake.linear.linearize import linearize
+from lola_drake.linear.model import LinearModel
 
 
 def open_loop(
@@ -15,7 +15,7 @@ def open_loop(
     *,
     minimal: bool = True,
     equilibrium: float | None = None,
-) -> control.StateSpace:
+) -> LinearModel:
     """Return the loop transfer L at a signal, all other loops being closed.
 
     The sign is that of negative feedback, as margins are defined: the closed loop is stable up to
@@ -35,9 +35,9 @@ def open_loop(
     return negated(loop)
 
 
-def negated(loop: control.StateSpace) -> control.StateSpace:
+def negated(loop: LinearModel) -> LinearModel:
     """Return -loop with the names and the operating point of `loop`."""
-    system = control.StateSpace(
+    return LinearModel(
         loop.A,
         loop.B,
         -loop.C,
@@ -46,7 +46,5 @@ def negated(loop: control.StateSpace) -> control.StateSpace:
         inputs=loop.input_labels,
         outputs=loop.output_labels,
         states=loop.state_labels,
-        remove_useless_states=False,
+        operating_point=loop.operating_point,
     )
-    system.operating_point = loop.operating_point
-    return system

@@ -3,18 +3,17 @@
 import math
 
 from lola_drake.linear.margins import Margins, disk_gain, disk_phase
-from lola_drake.linear.poles import Pole
 from lola_drake.linear.studies.analyses import Analysis, Loop
-from lola_drake.linear.studies.text_table import Table
-
-SLOWEST, LEAST_DAMPED = 8, 8
-"""How many poles are shown of each kind."""
+from lola_drake.linear.tables import margin_table, pole_table
 
 
 def report(analysis: Analysis) -> str:
     """Return an analysis as text."""
     parts = [_headline(analysis), pole_table(analysis.poles).as_text()]
-    parts += [margin_table(loop).as_text() + _together(loop) for loop in analysis.loops]
+    parts += [
+        margin_table(loop.signal, loop.margins).as_text() + _together(loop)
+        for loop in analysis.loops
+    ]
     parts += [table.as_text() for table in analysis.tables]
     return "\n\n".join(parts)
 
@@ -32,43 +31,6 @@ def _headline(analysis: Analysis) -> str:
     lines.append(f"{model.nstates} states; {len(cut)} cut that nothing here excites or observes")
     lines.append(f"held: {', '.join(held)}")
     return "\n".join(lines)
-
-
-def pole_table(poles: list[Pole]) -> Table:
-    """Return the slowest and the least damped poles."""
-    oscillating = sorted((p for p in poles if p.z.imag > 0 and abs(p.z) > 0.5), key=_damping)
-    shown = poles[:SLOWEST] + [p for p in oscillating[:LEAST_DAMPED] if p not in poles[:SLOWEST]]
-    rows = tuple(
-        (
-            f"{p.z.real:.6f}" + (f" +-{p.z.imag:.6f}j" if p.z.imag else ""),
-            f"{p.s.real:.3g}" + (f" +-{p.s.imag:.4g}j" if p.s.imag else ""),
-            f"{p.frequency:.3g}",
-            "neutral" if p.is_neutral else f"{p.damping:.3f}",
-            f"{p.dominating} ({p.participation:.0%})",
-        )
-        for p in shown
-    )
-    title = f"Poles: the {SLOWEST} slowest, and the {LEAST_DAMPED} least damped, of {len(poles)}"
-    return Table(title, ("z", "s (1/s)", "Hz", "damping", "dominated by"), rows)
-
-
-def margin_table(loop: Loop) -> Table:
-    """Return the margins of every entry of a loop."""
-    header = ("loop", "stable", "gain up", "gain down", "phase", "delay", "disk", "max |S|")
-    rows = tuple(
-        (
-            m.name,
-            "yes" if m.stable else "NO",
-            _at(m.gain_up, m.gain_up_frequency),
-            _at(m.gain_down, m.gain_down_frequency),
-            _at(m.phase, m.phase_frequency, " deg"),
-            _at(1e3 * m.delay, m.delay_frequency, " ms"),
-            _at(m.disk, m.disk_frequency),
-            _at(m.peak_sensitivity, m.peak_sensitivity_frequency),
-        )
-        for m in loop.margins
-    )
-    return Table(f"Margins, opened at {loop.signal}", header, rows)
 
 
 def _together(loop: Loop) -> str:
@@ -122,14 +84,3 @@ def _finite(margins: Margins) -> dict[str, object]:
         key: None if isinstance(value, float) and not math.isfinite(value) else value
         for key, value in vars(margins).items()
     }
-
-
-def _at(value: float, frequency: float, unit: str = "") -> str:
-    """Return a margin and where it is reached; `any` where it is never reached."""
-    if not math.isfinite(value) or not math.isfinite(frequency):
-        return "any"
-    return f"{value:.{2 if value >= 0.1 else 4}f}{unit} ({frequency:.3g} Hz)"
-
-
-def _damping(pole: Pole) -> float:
-    return pole.damping

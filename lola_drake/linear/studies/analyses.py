@@ -11,8 +11,8 @@ from lola_drake.linear.open_loop import negated
 from lola_drake.linear.poles import Pole, poles
 from lola_drake.linear.studies.named_analyses import NamedAnalysis, named_analysis
 from lola_drake.linear.studies.tables import extra_tables, signals_of_tables
-from lola_drake.linear.studies.text_table import Table
 from lola_drake.linear.studies.workpoint import Workpoint, make_workpoint
+from lola_drake.linear.text_table import Table
 from lola_drake.scenario import Scenario
 
 SHOWN_STEP, LONGEST_STEP = 0.5, 5.0

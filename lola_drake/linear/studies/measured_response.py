@@ -11,7 +11,7 @@ import numpy as np
 from lola_drake.linear.frequency import Response, frequency_response
 from lola_drake.linear.studies.analyses import Analysis
 from lola_drake.linear.studies.operating_points import Situation
-from lola_drake.linear.studies.text_table import Table
+from lola_drake.linear.text_table import Table
 from lola_drake.linear.tick_loop import TickLoop
 
 FREQUENCIES = (0.5, 1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 7.0, 10.0, 14.0, 19.0, 25.0, 30.0, 40.0, 60.0)

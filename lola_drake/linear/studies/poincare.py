@@ -36,7 +36,7 @@ from lola_drake.linear.studies.gait_section import (
     section_context,
     typical,
 )
-from lola_drake.linear.studies.text_table import Table
+from lola_drake.linear.text_table import Table
 from lola_drake.linear.tick_loop import TickLoop
 from lola_drake.scenario import Scenario
 from lola_drake.signals import PERIOD

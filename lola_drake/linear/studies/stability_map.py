@@ -14,8 +14,8 @@ from lola_drake.linear.poles import UNSTABLE
 from lola_drake.linear.studies.bisection import border, stable_spans
 from lola_drake.linear.studies.flexible_torso import FlexibleTorso, with_torso
 from lola_drake.linear.studies.map_kinds import DELTA, GAIN, SETTINGS, SHARE, MapKind
-from lola_drake.linear.studies.text_table import Table
 from lola_drake.linear.studies.workpoint import Workpoint, make_workpoint
+from lola_drake.linear.text_table import Table
 from lola_drake.scenario import Scenario, override
 
 LOOP = "measured_wrench"

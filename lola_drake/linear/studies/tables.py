@@ -10,8 +10,8 @@ from lola_drake.controller import initial_stance, pads_matrix, servo_compliances
 from lola_drake.linear.frequency import frequency_response
 from lola_drake.linear.isolated import own_context
 from lola_drake.linear.linearize import state_space
-from lola_drake.linear.studies.text_table import Table
 from lola_drake.linear.studies.workpoint import Workpoint
+from lola_drake.linear.text_table import Table
 from lola_drake.robot import PADS, Kinematics
 from lola_drake.scenario import Scenario
 from lola_drake.signals import JOINTS

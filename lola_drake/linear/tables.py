@@ -1,0 +1,62 @@
+"""Poles and margins as tables."""
+
+import math
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+from lola_drake.linear.poles import Pole
+from lola_drake.linear.text_table import Table
+
+if TYPE_CHECKING:
+    from lola_drake.linear.margins import Margins
+
+SLOWEST, LEAST_DAMPED = 8, 8
+"""How many poles are shown of each kind."""
+
+
+def pole_table(poles: list[Pole]) -> Table:
+    """Return the slowest and the least damped poles."""
+    oscillating = sorted((p for p in poles if p.z.imag > 0 and abs(p.z) > 0.5), key=_damping)
+    shown = poles[:SLOWEST] + [p for p in oscillating[:LEAST_DAMPED] if p not in poles[:SLOWEST]]
+    rows = tuple(
+        (
+            f"{p.z.real:.6f}" + (f" +-{p.z.imag:.6f}j" if p.z.imag else ""),
+            f"{p.s.real:.3g}" + (f" +-{p.s.imag:.4g}j" if p.s.imag else ""),
+            f"{p.frequency:.3g}",
+            "neutral" if p.is_neutral else f"{p.damping:.3f}",
+            f"{p.dominating} ({p.participation:.0%})",
+        )
+        for p in shown
+    )
+    title = f"Poles: the {SLOWEST} slowest, and the {LEAST_DAMPED} least damped, of {len(poles)}"
+    return Table(title, ("z", "s (1/s)", "Hz", "damping", "dominated by"), rows)
+
+
+def margin_table(signal: str, margins: Sequence["Margins"]) -> Table:
+    """Return the margins of every entry of a signal at which a loop is opened."""
+    header = ("loop", "stable", "gain up", "gain down", "phase", "delay", "disk", "max |S|")
+    rows = tuple(
+        (
+            m.name,
+            "yes" if m.stable else "NO",
+            _at(m.gain_up, m.gain_up_frequency),
+            _at(m.gain_down, m.gain_down_frequency),
+            _at(m.phase, m.phase_frequency, " deg"),
+            _at(1e3 * m.delay, m.delay_frequency, " ms"),
+            _at(m.disk, m.disk_frequency),
+            _at(m.peak_sensitivity, m.peak_sensitivity_frequency),
+        )
+        for m in margins
+    )
+    return Table(f"Margins, opened at {signal}", header, rows)
+
+
+def _at(value: float, frequency: float, unit: str = "") -> str:
+    """Return a margin and where it is reached; `any` where it is never reached."""
+    if not math.isfinite(value) or not math.isfinite(frequency):
+        return "any"
+    return f"{value:.{2 if value >= 0.1 else 4}f}{unit} ({frequency:.3g} Hz)"
+
+
+def _damping(pole: Pole) -> float:
+    return pole.damping
