@@ -150,7 +150,7 @@ def _named(path: str | Path) -> str:
     return short(str(path), 120)
 
 
-def reason(error: Exception) -> str:
+def reason(error: BaseException) -> str:
     """Return what went wrong in a few words; HDF5 hides it in the middle of a long text."""
     in_hdf5 = re.search(r"error message = '([^']*)'", str(error))
     if in_hdf5:

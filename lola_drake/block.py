@@ -22,7 +22,7 @@ names in linear models.
 import dataclasses
 import inspect
 from collections.abc import Callable, Mapping
-from typing import ClassVar, NamedTuple
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
@@ -152,7 +152,7 @@ class Block:
 
     def __init__(
         self,
-        params: object = None,
+        params: Any = None,
         foot: str = "",
         *,
         initial: Mapping[str, np.ndarray] | None = None,
@@ -170,8 +170,8 @@ class Block:
             BlockError: if a law's argument is nothing known, a law gives nothing known, a state has
                 no law, or outputs wait for one another.
         """
-        self.params, self.foot = params, foot
-        self.constants = constants
+        self.params: Any = params
+        self.foot, self.constants = foot, constants
         self.gains = {f.name: f for f in _fields(params) if f.metadata.get("slider")}
         self.initial = {
             name: np.array((initial or {}).get(name, state.resting), dtype=float)
@@ -182,9 +182,10 @@ class Block:
             name: tuple(self._argument(name, argument) for argument in _names(function))
             for name, function in self.laws.items()
         }
-        if self.steps_in_python:
-            names = [n for n in _names(type(self).next_state) if n != "self"]
-            self.arguments["next_state"] = tuple(self._argument("next_state", n) for n in names)
+        if hasattr(self, "next_state"):
+            self.arguments["next_state"] = tuple(
+                self._argument("next_state", name) for name in _names(self.next_state)
+            )
         self._check_laws()
         self._check_order()
 
@@ -213,7 +214,7 @@ class Block:
 
         It returns one array, with all parts of the state end to end.
         """
-        return hasattr(type(self), "next_state")
+        return hasattr(self, "next_state")
 
     @property
     def outputs(self) -> dict[str, Signal]:
@@ -225,7 +226,7 @@ class Block:
     @property
     def inputs(self) -> dict[str, Signal | Reading]:
         """Return the signal of each input port, or how it is read, in the order of first use."""
-        found = {}
+        found: dict[str, Signal | Reading] = {}
         for arguments in self.arguments.values():
             for kind, name, _ in arguments:
                 if kind == "input":
@@ -247,7 +248,7 @@ class Block:
         """Return the block's own outputs that one of its laws reads."""
         return {n for kind, n, _ in self.arguments[name] if kind == "output"}
 
-    def constant(self, name: str) -> object:
+    def constant(self, name: str) -> Any:
         """Return a constant of the block, or one of its parameters."""
         if name == "foot":
             return FEET.index(self.foot) if self.foot else 0
@@ -317,22 +318,22 @@ def _card(cls: type[Block]) -> str:
     """Return Drake's port card of a class of blocks."""
     functions = [*cls.laws.values(), *([cls.next_state] if hasattr(cls, "next_state") else [])]
     known = SIGNALS | {signal.name: signal for signal in cls.signals}
-    inputs = {}
+    inputs = []
     for name in (name for function in functions for name in _names(function)):
         if name in cls.objects:
-            inputs[cls.objects[name].port] = None
+            inputs.append(cls.objects[name].port)
         elif name in cls.parts:
-            inputs[cls.parts[name].signal.name] = None
+            inputs.append(cls.parts[name].signal.name)
         elif (
             name not in cls.states
             and name not in cls.laws
             and (name in known or split_foot(name)[0] in known)
         ):
-            inputs[name] = None
+            inputs.append(name)
     outputs = [name for name in cls.laws if not name.startswith("next_")]
     outputs += [name for name, state in cls.states.items() if not state.hidden]
     lines = [".. pydrake_system::", "", f"    name: {cls.__name__}"]
     for title, ports in (("input_ports", inputs), ("output_ports", outputs)):
         if ports:
-            lines += [f"    {title}:", *(f"    - {port}" for port in ports)]
+            lines += [f"    {title}:", *(f"    - {port}" for port in dict.fromkeys(ports))]
     return "\n".join(lines)

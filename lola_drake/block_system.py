@@ -2,14 +2,17 @@
 
 from collections.abc import Callable
 from functools import cache
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from pydrake.autodiffutils import AutoDiffXd
 from pydrake.systems.framework import (
     BasicVector_,
     Context,
+    LeafSystem,
     LeafSystem_,
     NumericParameterIndex,
+    OutputPort,
     SystemScalarConverter,
 )
 from pydrake.systems.scalar_conversion import TemplateSystem
@@ -47,7 +50,7 @@ def BlockSystem_(T):  # noqa: N802
             }
             self._inputs = {name: self._input(name, what) for name, what in block.inputs.items()}
             self._states = {n: self.DeclareDiscreteState(x) for n, x in block.initial.items()}
-            self._laws = {}
+            self._laws: dict[str, OutputPort] = {}
             for name in block.outputs:
                 self._declare_output(name)
             if self._states:
@@ -83,19 +86,24 @@ def BlockSystem_(T):  # noqa: N802
             self._laws[name] = port
 
         def _update(self) -> Callable:
+            return self._python_update() if self.block.steps_in_python else self._law_update()
+
+        def _python_update(self) -> Callable:
             block, states = self.block, self._states
-            if block.steps_in_python:
-                read = self._readers_of("next_state", as_arrays=True)
-                ends = np.cumsum([len(part) for part in block.initial.values()])
+            read = self._readers_of("next_state", as_arrays=True)
+            ends = np.cumsum([len(part) for part in block.initial.values()])
 
-                def update(context, state):
-                    following = block.next_state(*[r(context) for r in read])
-                    check_size("next_state", following, ends[-1])
-                    parts = np.split(following, ends[:-1])
-                    for index, values in zip(states.values(), parts, strict=True):
-                        state.set_value(index, values)
+            def update(context, state):
+                following = block.next_state(*[r(context) for r in read])
+                check_size("next_state", following, ends[-1])
+                parts = np.split(following, ends[:-1])
+                for index, values in zip(states.values(), parts, strict=True):
+                    state.set_value(index, values)
 
-                return update
+            return update
+
+        def _law_update(self) -> Callable:
+            block, states = self.block, self._states
             steps = [(name, index, *self._law(f"next_{name}")) for name, index in states.items()]
 
             def update(context, state):
@@ -172,7 +180,18 @@ def BlockSystem_(T):  # noqa: N802
     return Impl
 
 
-BlockSystem = BlockSystem_[float]
+if TYPE_CHECKING:
+
+    class BlockSystem(LeafSystem):
+        """What mypy has to know about the system that comes out of the template."""
+
+        block: Block
+        gain_index: dict[str, int]
+
+        def __init__(self, block: Block): ...
+
+else:
+    BlockSystem = BlockSystem_[float]
 
 
 def system_of(block: Block) -> BlockSystem:
@@ -192,7 +211,7 @@ def check_size(law: str, values: object, size: int) -> None:
         raise ValueError(f"{law} gives {found} numbers, it must give {size}")
 
 
-def machine_value(value: object) -> object:
+def machine_value(value: Any) -> Any:
     """Return a constant as machine code takes it: a number, an array, or a named tuple of these."""
     if isinstance(value, tuple) and hasattr(value, "_fields"):
         return type(value)(*map(machine_value, value))
@@ -204,7 +223,7 @@ def machine_value(value: object) -> object:
     return array.astype(int if array.dtype.kind == "i" else float)
 
 
-def plain_value(value: object) -> object:
+def plain_value(value: Any) -> Any:
     """Return a constant as plain Python takes it: the same with nested lists for arrays."""
     value = machine_value(value)
     if isinstance(value, tuple):

@@ -13,13 +13,17 @@ import os
 import sys
 import tempfile
 import types
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from functools import cache
 from pathlib import Path
+from typing import TYPE_CHECKING, Any, TypeGuard
 
 import numpy as np
 
 from lola_drake.theory import scalars
+
+if TYPE_CHECKING:
+    from numba.core.dispatcher import Dispatcher
 
 _FOREIGN = ("numpy", "scipy", "math", "numba", "builtins")
 _MACHINE = {scalars.cos: math.cos, scalars.sin: math.sin, scalars.exp: math.exp}
@@ -36,7 +40,7 @@ def compiling() -> bool:
     )
 
 
-def compiled(function: Callable, arguments: tuple) -> Callable:
+def compiled(function: Callable, arguments: tuple) -> "Dispatcher":
     """Return the compiled twin of a pure function for arguments like the given ones.
 
     Raises:
@@ -56,7 +60,7 @@ def compiled(function: Callable, arguments: tuple) -> Callable:
 
 
 @cache
-def _called(function: Callable) -> Callable:
+def _called(function: Callable) -> "Dispatcher":
     """Return the twin of a law as Python calls it: around the one that machine code calls.
 
     The two must not share the objects that numba keeps with a function.
@@ -67,7 +71,7 @@ def _called(function: Callable) -> Callable:
     return compiled_text(name, text, {"law": function})
 
 
-def compiled_text(name: str, text: str, called: dict[str, Callable]) -> Callable:
+def compiled_text(name: str, text: str, called: Mapping[str, Callable]) -> "Dispatcher":
     """Return the compiled function `name` of a program text.
 
     Args:
@@ -78,21 +82,22 @@ def compiled_text(name: str, text: str, called: dict[str, Callable]) -> Callable
     parts = [text, *map(digest, called.values())]
     path = _stub(name, hashlib.sha256("\n".join(parts).encode()).hexdigest(), text)
     # Its home is a module that can be imported when it is loaded from the disk.
-    space = {"__name__": __name__} | {
+    space: dict[str, Any] = {"__name__": __name__} | {
         key: what if isinstance(what, type) else _twin(what) for key, what in called.items()
     }
     exec(compile(text, str(path), "exec"), space)
     return _jit(space[name])
 
 
-def is_kept(function: Callable) -> bool:
+def is_kept(function: "Dispatcher") -> bool:
     """Return whether a function of `compiled_text` was compiled before, in this or another run."""
     name = Path(function.py_func.__code__.co_filename).stem
-    return any(Path(function.stats.cache_path).glob(f"{name}.*"))
+    folder = function.stats.cache_path
+    return folder is not None and any(Path(folder).glob(f"{name}.*"))
 
 
 @cache
-def _twin(function: Callable) -> Callable:
+def _twin(function: Callable) -> "Dispatcher":
     """Return a function that is compiled when it is called first, with all that it calls."""
     code = function.__code__
     if code.co_freevars:
@@ -111,18 +116,18 @@ def _twin(function: Callable) -> Callable:
     return _jit(twin)
 
 
-def _jit(function: Callable) -> Callable:
+def _jit(function: Callable) -> "Dispatcher":
     import numba
 
     return numba.njit(cache=True, error_model="numpy")(function)
 
 
 @cache
-def digest(function: Callable) -> str:
+def digest(function: Any) -> str:
     """Return what identifies the code of a function and of all that it refers to."""
     import numba
 
-    if isinstance(function, type):
+    if hasattr(function, "_fields"):
         return f"{function.__qualname__} {function._fields}"
     parts = [sys.version, numba.__version__, function.__qualname__, repr(function.__defaults__)]
     parts += [
@@ -165,13 +170,13 @@ def _names(function: Callable) -> list[str]:
     return sorted({name for code in _codes(function.__code__) for name in code.co_names})
 
 
-def _globals(function: Callable) -> list[tuple[str, object]]:
+def _globals(function: Callable) -> list[tuple[str, Any]]:
     """Return the global names that a function refers to, with their values."""
     space = function.__globals__
     return [(name, space[name]) for name in _names(function) if name in space]
 
 
-def _is_law(value: object) -> bool:
+def _is_law(value: object) -> TypeGuard[types.FunctionType]:
     foreign = getattr(value, "__module__", None) or ""
     return isinstance(value, types.FunctionType) and foreign.split(".")[0] not in _FOREIGN
 

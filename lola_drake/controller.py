@@ -4,7 +4,13 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from pydrake.systems.framework import Diagram, DiagramBuilder, LeafSystem
+from pydrake.systems.framework import (
+    Diagram,
+    DiagramBuilder,
+    InputPortIndex,
+    LeafSystem,
+    OutputPort,
+)
 
 from lola_drake.block import Block
 from lola_drake.block_system import system_of
@@ -203,12 +209,13 @@ def _connect_by_name(builder: DiagramBuilder, systems: Mapping[str, LeafSystem])
     A block of one foot gets that foot's signal where there is one. Inputs that no block provides
     come from outside; every output goes there too.
     """
-    outputs, inputs = {}, {}
+    outputs: dict[str, OutputPort] = {}
+    inputs: dict[str, InputPortIndex] = {}
     for block, system in systems.items():
         _, foot = split_foot(block)
         for i in range(system.num_output_ports()):
-            port = system.get_output_port(i)
-            outputs[of_foot(port.get_name(), foot)] = port
+            output = system.get_output_port(i)
+            outputs[of_foot(output.get_name(), foot)] = output
     for block, system in systems.items():
         _, foot = split_foot(block)
         for i in range(system.num_input_ports()):
@@ -221,5 +228,5 @@ def _connect_by_name(builder: DiagramBuilder, systems: Mapping[str, LeafSystem])
                 builder.ConnectInput(inputs[name], port)
             else:
                 inputs[name] = builder.ExportInput(port, name)
-    for name, port in outputs.items():
-        builder.ExportOutput(port, name)
+    for name, output in outputs.items():
+        builder.ExportOutput(output, name)

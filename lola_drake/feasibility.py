@@ -41,9 +41,9 @@ def overlapping(obstacles: "Sequence[Obstacle]") -> "Iterator[tuple[Obstacle, Ob
 def check_start(start: "StartPose", width: float, ground: "Ground") -> None:
     """Refuse a start at which both feet, and what is between them, are not level."""
     path = np.array([start.x, start.y, radians(start.heading_deg)])
-    heights = {ground.height_at(start.x, start.y)}
+    heights: set[float | None] = {ground.height_at(start.x, start.y)}
     for foot in (LEFT, RIGHT):
-        sole = Rectangle(*foothold(path, foot, width), *SOLE)
+        sole = _sole(path, foot, width)
         height = ground.height_at(sole.x, sole.y)
         under = [o for o in ground.obstacles if o.height >= height and sole.overlaps(o.outline)]
         # An edge under the sole is as bad as a board of another height.
@@ -81,7 +81,8 @@ def check_command(commands: "Sequence[TimedCommand]", step_time: float, width: f
             if abs(value) > most:
                 allowed = f">= {-most:.3g} and <= {most:.3g} with pattern.step_time {step_time:g} s"
                 raise ParameterError(f"walk.command[{i}].{name}", value, allowed)
-        step = tuple(value * step_time for value in asked)
+        v_x, v_y, turn_rate = asked
+        step = (v_x * step_time, v_y * step_time, turn_rate * step_time)
         if _colliding([step] * LOOKED_AT, width) is not None:
             allowed = f"steps with the feet beside each other, pattern.step_width is {width:g} m"
             raise ParameterError(f"walk.command[{i}]", list(asked), allowed)
@@ -90,11 +91,17 @@ def check_command(commands: "Sequence[TimedCommand]", step_time: float, width: f
 def _colliding(steps: Iterable[tuple[float, float, float]], width: float) -> int | None:
     """Return the first step whose foot lands on the other one, None if none does."""
     path, swing = np.zeros(3), LEFT
-    standing = Rectangle(*foothold(path, RIGHT, width), SOLE[0] - CLOSE, SOLE[1] - CLOSE)
+    standing = _sole(path, RIGHT, width, CLOSE)
     for i, step in enumerate(steps):
         path = advance(path, np.array(step))
-        landed = Rectangle(*foothold(path, swing, width), standing.length, standing.width)
+        landed = _sole(path, swing, width, CLOSE)
         if landed.overlaps(standing):
             return i
         standing, swing = landed, 1 - swing
     return None
+
+
+def _sole(path: np.ndarray, foot: int, width: float, smaller: float = 0.0) -> Rectangle:
+    """Return a foot's sole, smaller by some length (m), when the robot's frame is at `path`."""
+    x, y, heading = foothold(path, foot, width)
+    return Rectangle(x, y, heading, SOLE[0] - smaller, SOLE[1] - smaller)

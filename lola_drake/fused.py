@@ -9,6 +9,7 @@ blocks that are no pure law, such as the walking pattern, and laws that numba do
 import sys
 from collections.abc import Callable, Iterator
 from itertools import groupby
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from pydrake.systems.framework import BasicVector, Context, InputPort, LeafSystem
@@ -18,6 +19,9 @@ from lola_drake.compiled import NotCompilable, compiled, compiled_text, compilin
 from lola_drake.fused_layout import Blocks, Call, Layout, Place
 from lola_drake.signals import PERIOD
 from lola_drake.theory.noise import Noises
+
+if TYPE_CHECKING:
+    from numba.core.dispatcher import Dispatcher
 
 COMPILING = "lola: compiling the controller's laws, once; this takes 10 to 25 s"
 
@@ -34,7 +38,7 @@ def programs(layout: Layout, compile_laws: bool) -> list[Callable[[np.ndarray], 
 
 
 def _programs(layout: Layout, fit: Callable[[Call], bool]) -> list[Callable]:
-    found = []
+    found: list[Callable] = []
     for compile_them, group in groupby(layout.calls, fit):
         calls = list(group)
         found += [_in_machine_code(layout, calls)] if compile_them else map(_in_python, calls)
@@ -102,7 +106,7 @@ def _in_machine_code(layout: Layout, calls: list[Call]) -> Callable[[np.ndarray]
     Positions are data, not code: a run with another delay uses the same machine code.
     """
     at: list[int] = []
-    names: dict[object, str] = {}
+    names: dict[Any, str] = {}
     lines = []
 
     def named(what: object) -> str:
@@ -151,8 +155,8 @@ def _in_machine_code(layout: Layout, calls: list[Call]) -> Callable[[np.ndarray]
     return lambda v: function(v, integers, positions)
 
 
-def _compile(function: Callable) -> None:
-    from numba.types import float64, int64
+def _compile(function: "Dispatcher") -> None:
+    from numba import float64, int64
 
     function.compile((float64[::1], int64[::1], int64[::1]))
 

@@ -7,7 +7,7 @@ that machine code takes two arrays and no objects. The laws are put in an order 
 what it reads.
 """
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -97,7 +97,7 @@ class Layout:
         self.start, self.integers = (np.concatenate(self._values[vector]) for vector in "vn")
         self.calls = [*self._output_calls(), *self._update_calls()]
 
-    def _take(self, value: np.ndarray, vector: str = "v") -> slice:
+    def _take(self, value: Sequence[float] | np.ndarray, vector: str = "v") -> slice:
         where = slice(self._sizes[vector], self._sizes[vector] + len(value))
         self._values[vector].append(np.asarray(value))
         self._sizes[vector] = where.stop

@@ -132,7 +132,7 @@ def _feet_torque(signals: Signals, wrenches: list[np.ndarray]) -> np.ndarray:
 
     With r from the CoM to the TCP: the rows of R_f in eq. 18, T_x + r_y F_z and T_y - r_x F_z.
     """
-    total = 0.0
+    total = np.zeros((len(wrenches[0]), 2))
     for foot, wrench in zip(FEET, wrenches, strict=True):
         r = signals[f"task_command_{foot}"][:, TASK_COMMAND.slice("w")]
         T_x, T_y, F_z = wrench.T

@@ -76,7 +76,7 @@ def listing(doc: str, longest: int) -> typing.Any:
     return dataclasses.field(default=(), metadata={"doc": doc, "unit": "", "longest": longest})
 
 
-def validate(parameters: object) -> None:
+def validate(parameters: typing.Any) -> None:
     """Check every field; raise ParameterError for the first bad one.
 
     Fields made by `parameter` take the type of their default, those made by `listing` become
@@ -87,7 +87,7 @@ def validate(parameters: object) -> None:
         if "choices" in field.metadata:
             checked = _checked(field, value)
         elif "longest" in field.metadata:
-            checked = _checked_list(field, value, element_type(type(parameters), field.name))
+            checked = _checked_list(field, value, element_type(parameters.__class__, field.name))
         else:
             checked = _checked_section(field, value)
         object.__setattr__(parameters, field.name, checked)
@@ -99,14 +99,14 @@ def element_type(owner: type, name: str) -> type:
     return typing.get_args(typing.get_type_hints(owner)[name])[0]
 
 
-def _checked_section(field: dataclasses.Field, value: object) -> object:
+def _checked_section(field: dataclasses.Field, value: typing.Any) -> typing.Any:
     kind = field.default_factory
     if isinstance(kind, type) and not isinstance(value, kind):
         raise ParameterError(field.name, value, f"of the class {kind.__name__}")
     return value
 
 
-def _checked_list(field: dataclasses.Field, value: object, kind: type) -> tuple:
+def _checked_list(field: dataclasses.Field, value: typing.Any, kind: type) -> tuple:
     longest = field.metadata["longest"]
     fits = isinstance(value, (list, tuple)) and len(value) <= longest
     if not fits or not all(isinstance(entry, kind) for entry in value):
@@ -115,7 +115,7 @@ def _checked_list(field: dataclasses.Field, value: object, kind: type) -> tuple:
     return tuple(value)
 
 
-def _checked(field: dataclasses.Field, value: object) -> object:
+def _checked(field: dataclasses.Field, value: typing.Any) -> typing.Any:
     if not isinstance(field.default, tuple):
         return _checked_scalar(field, field.name, value, type(field.default))
     length = len(field.default)
@@ -126,7 +126,9 @@ def _checked(field: dataclasses.Field, value: object) -> object:
     )
 
 
-def _checked_scalar(field: dataclasses.Field, key: str, value: object, kind: type) -> object:
+def _checked_scalar(
+    field: dataclasses.Field, key: str, value: typing.Any, kind: type
+) -> typing.Any:
     if kind is bool:
         if not isinstance(value, bool):
             raise ParameterError(key, value, allowed(field))
@@ -140,7 +142,7 @@ def _checked_scalar(field: dataclasses.Field, key: str, value: object, kind: typ
     if not isinstance(value, bool) and isinstance(value, numbers.Real) and _is_finite(value):
         low, above, high = (field.metadata[k] for k in ("minimum", "above", "maximum"))
         inside = (value >= low if above is None else value > above) and value <= high
-        if inside and (kind is float or value == int(value)):
+        if inside and (kind is float or value == math.floor(value)):
             return kind(value)
     whole = "a whole number" if kind is int else "a number"
     raise ParameterError(key, value, whole + _range(field))

@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from html import escape
 from pathlib import Path
+from typing import Any
 
 import h5py
 import numpy as np
@@ -175,7 +176,7 @@ def load_result(folder: str | Path) -> Result:
         raise ResultError(f"{name}: cannot be read, {reason(error)}") from None
 
 
-def _read_summary(path: Path) -> dict[str, object]:
+def _read_summary(path: Path) -> dict[str, Any]:
     """Return what a run needs of its summary; the rest follows from the signals."""
     content = json.loads(path.read_text(encoding="utf-8"))
     if not isinstance(content, dict):
@@ -202,8 +203,9 @@ def _read_summary(path: Path) -> dict[str, object]:
 
 
 def _is_time(value: object) -> bool:
-    number = isinstance(value, (int, float)) and not isinstance(value, bool)
-    return number and 0 <= value <= 1e9
+    if isinstance(value, bool) or not isinstance(value, (int, float)):
+        return False
+    return 0 <= value <= 1e9
 
 
 def _read_signals(path: Path) -> tuple[np.ndarray, dict[str, np.ndarray]]:
@@ -259,7 +261,7 @@ def _write(result: Result, folder: Path) -> None:
             attributes["frames"] = signal.entry_frames()
 
 
-def _finite(value: object) -> object:
+def _finite(value: Any) -> Any:
     """Return the value with None for every number that JSON cannot hold."""
     if isinstance(value, dict):
         return {key: _finite(entry) for key, entry in value.items()}

@@ -42,8 +42,8 @@ JOINT_INDEX = {name: i for i, name in enumerate(JOINTS)}
 def add_lola(plant: MultibodyPlant) -> ModelInstanceIndex:
     """Parse LOLA into the plant (before Finalize) and return its model instance."""
     parser = Parser(plant)
-    parser.package_map().AddPackageXml(str(models_dir() / "package.xml"))
-    (instance,) = parser.AddModels(url="package://lola_models/lola/lola.urdf")
+    parser.package_map().AddPackageXml(models_dir() / "package.xml")
+    (instance,) = parser.AddModelsFromUrl("package://lola_models/lola/lola.urdf")
     return instance
 
 
@@ -73,13 +73,14 @@ class Kinematics:
     def update(self, q: np.ndarray) -> None:
         """Compute w and its Jacobian at the joint angles q (rad), shape (24,)."""
         self.plant.SetPositions(self.context, np.r_[1.0, np.zeros(6), q])
-        self._poses = body_poses(q, self.tree)
-        self._com = com_motion(*self._poses, self.tree)
-        self.w, self.jacobian = feet_motion(*self._poses, *self._com, self.tree)
+        R, p, axes = body_poses(q, self.tree)
+        com, com_rates = com_motion(R, p, axes, self.tree)
+        self._motion = R, p, axes, com, com_rates
+        self.w, self.jacobian = feet_motion(*self._motion, self.tree)
 
     def pads(self, foot: int) -> tuple[np.ndarray, np.ndarray]:
         """Return where the pads of one foot (0 left, 1 right) are, see `pads_motion`."""
-        return pads_motion(foot, *self._poses, *self._com, self.tree)
+        return pads_motion(foot, *self._motion, self.tree)
 
     def centroidal_inertia(self, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the CoM in T (m), shape (3,), and the inertia about it (kg m^2), shape (3, 3)."""

@@ -3,12 +3,12 @@
 from collections.abc import Callable, Iterator
 from dataclasses import Field as DataclassField
 from functools import cached_property
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.systems.analysis import Simulator
-from pydrake.systems.framework import Context, Diagram, System
+from pydrake.systems.framework import Context, Diagram
 from pydrake.systems.primitives import ConstantVectorSource
 
 from lola_drake.block import Block
@@ -45,8 +45,7 @@ class _Snapshot(NamedTuple):
     """The moment before some ticks: the time (s), and the states of plant and fused system."""
 
     time: float
-    plant: np.ndarray
-    fused: np.ndarray
+    states: list[np.ndarray]
 
 
 class Run:
@@ -108,37 +107,46 @@ class Run:
 
     def advance(self, until: float) -> None:
         """Simulate until the tick nearest to a time (s)."""
-        before = self._snapshot() if self._limited else None
+        limited = self._limited
+        if limited is None:
+            self.simulator.AdvanceTo(on_tick(until))
+            return
+        before = self._snapshot()
         self.simulator.AdvanceTo(on_tick(until))
-        if before and self.state("drive_guard", OVERLOADED.name).item() > 0:
-            self._go_on_limited(before)
+        if self.state("drive_guard", OVERLOADED.name).item() > 0:
+            self._go_on(before, limited())
             self.simulator.AdvanceTo(on_tick(until))
 
-    def _snapshot(self) -> "_Snapshot":
-        states = (
-            system.GetMyContextFromRoot(self.context).get_discrete_state_vector().CopyToVector()
-            for system in (self.plant, self.fused)
-        )
-        return _Snapshot(self.time, *states)
+    def _moving_contexts(self) -> list[Context]:
+        """Return the contexts of plant and fused system."""
+        return [
+            self.diagram.GetSubsystemByName(name).GetMyMutableContextFromRoot(self.context)
+            for name in ("plant", "fused")
+        ]
 
-    def _go_on_limited(self, before: "_Snapshot") -> None:
+    def _snapshot(self) -> _Snapshot:
+        contexts = self._moving_contexts()
+        states = [context.get_discrete_state_vector().CopyToVector() for context in contexts]
+        return _Snapshot(self.time, states)
+
+    def _go_on(self, before: _Snapshot, limited: Diagram) -> None:
         """Go back to a moment, and from there on with servos that keep their limits."""
         times, data = self._recorded()
         kept = times < before.time - 0.5 * PERIOD
         self._earlier = [(times[kept], data[kept])]
         old = self.diagram, self.context
-        self._begin(self._limited())
+        self._begin(limited)
         self._limited = None
         self.context.SetTime(before.time)
-        for system, state in ((self.plant, before.plant), (self.fused, before.fused)):
-            system.GetMyMutableContextFromRoot(self.context).SetDiscreteState(state)
+        for context, state in zip(self._moving_contexts(), before.states, strict=True):
+            context.SetDiscreteState(state)
         self._take_over(*old)
         self.simulator.Initialize()
 
     def _take_over(self, diagram: Diagram, context: Context) -> None:
         """Take over what was turned or pushed from outside in a run until now."""
         gains = diagram.GetSubsystemByName("fused").GetMyContextFromRoot(context)
-        mine = self.fused.GetMyMutableContextFromRoot(self.context)
+        _, mine = self._moving_contexts()
         mine.get_mutable_numeric_parameter(0).SetFromVector(
             gains.get_numeric_parameter(0).CopyToVector()
         )
@@ -163,7 +171,7 @@ class Run:
         return {n: s.block for n, s in self.systems.items() if hasattr(s, "block")}
 
     @cached_property
-    def systems(self) -> dict[str, System]:
+    def systems(self) -> dict[str, Any]:
         """Return the systems of sensors and controller, by name, where they run one by one."""
         controller = self.diagram.GetSubsystemByName("controller")
         return {s.get_name(): s for d in (self.diagram, controller) for s in d.GetSystems()}
@@ -280,7 +288,8 @@ class Run:
         """Return the times (s) and rows of the log until now."""
         log = self.diagram.GetSubsystemByName("log").FindLog(self.context)
         parts = [*self._earlier, (log.sample_times(), log.data().T)]
-        return tuple(np.concatenate(columns) for columns in zip(*parts, strict=True))
+        times, rows = zip(*parts, strict=True)
+        return np.concatenate(times), np.concatenate(rows)
 
     def _columns(self) -> dict[str, slice]:
         """Return where each signal is in the log."""

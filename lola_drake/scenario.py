@@ -182,6 +182,14 @@ class Scenario:
     def __repr__(self):
         return f"<Scenario {self.name} ({self.variant}): {self.duration:g} s, seed {self.seed}>"
 
+    def active_sensors(self) -> Sensors:
+        """Return what the sensors run with: where they are ideal, nothing disturbs them."""
+        if not self.sensors.ideal:
+            return self.sensors
+        names = ("imu", "foot_force", "contact")
+        exact = {name: getattr(self.sensors, name).ideal() for name in names}
+        return dataclasses.replace(self.sensors, **exact)
+
     def active_control(self) -> Control:
         """Return what the controller runs with in this variant: `ref` is the gain 0."""
         if self.variant == "dyn":
@@ -259,7 +267,7 @@ def _find(name_or_path: str | Path) -> Path:
 
 def _more(error: ValueError) -> str:
     """Return where to read more about the section of the key that an error is about."""
-    key = re.match(r"[a-z_.]*", getattr(error, "key", ""))[0].rstrip(".")
+    key = re.split(r"[^a-z_.]", getattr(error, "key", ""))[0].rstrip(".")
     is_section = isinstance(error, typed_yaml.KeyPathError)
     section = key if is_section else key.rpartition(".")[0] or key
     return f"; see: lola keys {section}".rstrip() if hasattr(error, "key") else ""
@@ -286,11 +294,12 @@ def override(scenario: Scenario, overrides: Overrides) -> Scenario:
 
 
 def _pairs(overrides: Overrides) -> Iterable[tuple[str, object]]:
+    pairs: Iterable[tuple[str, object]]
     if isinstance(overrides, Mapping):
         pairs = overrides.items()
     else:
         texts = [overrides] if isinstance(overrides, str) else overrides
-        pairs = (_pair(text) for text in texts)
+        pairs = map(_pair, texts)
     for key, value in pairs:
         if not isinstance(key, str):
             raise ValueError(f"{shown(key)} is not a key, such as 'control.force.time_constant'")

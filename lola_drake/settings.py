@@ -58,10 +58,17 @@ def _settings(schema: type, parent: str) -> Iterator[Setting]:
         if isinstance(field.default_factory, type):
             yield from _settings(field.default_factory, f"{key}.")
             continue
-        bounds = (field.metadata.get(name) for name in ("minimum", "above", "maximum"))
-        doc = field.metadata["doc"]
+        told = field.metadata
+        minimum, above, maximum = (told.get(name) for name in ("minimum", "above", "maximum"))
         yield Setting(
-            key, plain(field.default), field.metadata["unit"], *bounds, allowed(field), doc
+            key=key,
+            default=plain(field.default),
+            unit=told["unit"],
+            minimum=minimum,
+            above=above,
+            maximum=maximum,
+            allowed=allowed(field),
+            doc=told["doc"],
         )
         if "choices" not in field.metadata:
             yield from _settings(element_type(schema, field.name), f"{key}[].")

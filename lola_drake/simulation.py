@@ -105,10 +105,10 @@ def _can_be_fused(scenario: Scenario, blocks: Mapping[str, Replacement] | None) 
         return True
     world = make_world(scenario, blocks)
     parts = [*world.sensors.values(), *world.controller.values()]
-    if not all(isinstance(part, Block) for part in parts):
-        return False
-    states = {name for part in parts for name in part.states}
-    return {JOINT_DESIRED_STATE.name, JOINT_FEEDFORWARD.name} <= states
+    declared = [part for part in parts if isinstance(part, Block)]
+    states = {name for block in declared for name in block.states}
+    all_are = len(declared) == len(parts)
+    return all_are and {JOINT_DESIRED_STATE.name, JOINT_FEEDFORWARD.name} <= states
 
 
 @contextmanager

@@ -3,10 +3,11 @@
 import hashlib
 import importlib.util
 import sys
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from functools import cache
+from typing import Any
 
-from pydrake.systems.framework import LeafSystem, PortDataType
+from pydrake.systems.framework import InputPort, LeafSystem, OutputPort, PortDataType
 
 from lola_drake.atomic_file import reason
 from lola_drake.block import Block, BlockError, Reading
@@ -58,6 +59,8 @@ def _load(law: str) -> Replacement:
     path, _, name = law.rpartition(":")
     module_name = f"lola_drake_law_{hashlib.sha256(path.encode()).hexdigest()[:12]}"
     spec = importlib.util.spec_from_file_location(module_name, path)
+    if spec is None or spec.loader is None:
+        raise BlockError(f"{path}: no file of Python")
     module = importlib.util.module_from_spec(spec)
     sys.modules[module_name] = module
     try:
@@ -75,12 +78,10 @@ def _load(law: str) -> Replacement:
 
 
 def _made(name: str, replacement: Replacement, block: Block) -> Block | LeafSystem:
+    make: Any = replacement
     if isinstance(replacement, type) and issubclass(replacement, Block):
-        made = replacement.in_place_of(block)
-    elif isinstance(replacement, (Block, LeafSystem)):
-        made = replacement
-    else:
-        made = replacement(block) if callable(replacement) else replacement
+        make = replacement.in_place_of
+    made = make if isinstance(make, (Block, LeafSystem)) or not callable(make) else make(block)
     if not isinstance(made, (Block, LeafSystem)):
         raise BlockError(f"{name}: {made!r} is neither a Block nor a LeafSystem")
     if isinstance(made, Block) and made.foot != block.foot:
@@ -105,9 +106,9 @@ def _check_inputs(name: str, system: LeafSystem, block: Block) -> None:
         what = block.inputs.get(port) or signal_of(port)
         known = 0 if isinstance(what, Reading) else what and what.size
         if known != size:
-            what = f"{known} entries" if known else "no signal of that name"
+            there_is = f"{known} entries" if known else "no signal of that name"
             has = f"input {port!r} of {_called(system)} has {size}"
-            raise BlockError(f"{name}: {has}, there is {what}")
+            raise BlockError(f"{name}: {has}, there is {there_is}")
 
 
 def _check_sources(before: Mapping[str, Block], after: Mapping[str, Block | LeafSystem]) -> None:
@@ -137,15 +138,15 @@ def _without_source(blocks: Mapping[str, Block | LeafSystem]) -> Iterator[tuple[
 def _ports(system: LeafSystem) -> tuple[dict[str, int], dict[str, int]]:
     inputs = [system.get_input_port(i) for i in range(system.num_input_ports())]
     outputs = [system.get_output_port(i) for i in range(system.num_output_ports())]
-    return tuple(
-        {
-            port.get_name(): port.size()
-            if port.get_data_type() == PortDataType.kVectorValued
-            else 0
-            for port in ports
-        }
-        for ports in (inputs, outputs)
-    )
+    return _sizes(inputs), _sizes(outputs)
+
+
+def _sizes(ports: Sequence[InputPort] | Sequence[OutputPort]) -> dict[str, int]:
+    """Return the sizes of ports, by name; 0 for those that carry no vector."""
+    return {
+        port.get_name(): port.size() if port.get_data_type() == PortDataType.kVectorValued else 0
+        for port in ports
+    }
 
 
 def _size(port: Signal | int) -> int:

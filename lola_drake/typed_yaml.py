@@ -42,9 +42,9 @@ class _Loader(yaml.SafeLoader):
     texts, so that what asks for a number refuses them.
     """
 
-    yaml_implicit_resolvers: typing.ClassVar[dict] = {}
+    yaml_implicit_resolvers = {}
 
-    def compose_node(self, parent: yaml.Node | None, index: object) -> yaml.Node:
+    def compose_node(self, parent: yaml.Node | None, index: typing.Any) -> yaml.Node | None:
         """Compose a node, but none with a tag of its own such as !!timestamp."""
         event = self.peek_event()
         if getattr(event, "tag", None) is not None:
@@ -84,14 +84,14 @@ for _tag, _pattern, _first in (
     _Dumper.add_implicit_resolver(*_resolver)
 
 
-def parse(text: str) -> object:
+def parse(text: str) -> typing.Any:
     """Return the plain data of a YAML text; ValueError with the line if it is malformed."""
     try:
         return yaml.load(text, Loader=_Loader)  # a SafeLoader
     except yaml.MarkedYAMLError as error:
         problem = short(" ".join(str(error.problem or error.context).split()), 120)
         mark = error.problem_mark or error.context_mark
-        raise ValueError(f"line {mark.line + 1}: {problem}") from None
+        raise ValueError(f"line {mark.line + 1}: {problem}" if mark else problem) from None
     except yaml.YAMLError as error:
         raise ValueError(short(str(error).splitlines()[0], 120)) from None
     except RecursionError:
@@ -121,7 +121,7 @@ def build(schema: type, data: object, key: str = "") -> typing.Any:
         raise (error.under(key) if key else error) from None
 
 
-def _value(schema: type, name: str, kind: type, entry: object, key: str) -> object:
+def _value(schema: typing.Any, name: str, kind: type, entry: typing.Any, key: str) -> typing.Any:
     if dataclasses.is_dataclass(kind):
         return build(kind, entry, key)
     field = schema.__dataclass_fields__[name]
@@ -134,7 +134,7 @@ def _value(schema: type, name: str, kind: type, entry: object, key: str) -> obje
     return tuple(build(element, item, f"{key}[{i}]") for i, item in enumerate(entry))
 
 
-def plain(value: object) -> object:
+def plain(value: typing.Any) -> typing.Any:
     """Return dataclasses, tuples and NumPy numbers as the dicts, lists and numbers of YAML."""
     if dataclasses.is_dataclass(value):
         return {f.name: plain(getattr(value, f.name)) for f in dataclasses.fields(value)}
@@ -155,7 +155,7 @@ def dump(value: object) -> str:
     )
 
 
-def set_at(data: object, path: str, value: object) -> None:
+def set_at(data: typing.Any, path: str, value: object) -> None:
     """Set one value of nested plain data in place.
 
     Args:

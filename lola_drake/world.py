@@ -19,7 +19,7 @@ from pydrake.systems.primitives import (
 from pydrake.trajectories import PiecewisePolynomial
 
 from lola_drake.atomic_file import reason
-from lola_drake.block import Block
+from lola_drake.block import Block, BlockError
 from lola_drake.blocks.contact_switches import ContactSwitches
 from lola_drake.blocks.foot_force_sensor import FootForceSensor
 from lola_drake.blocks.imu import Imu
@@ -109,18 +109,14 @@ def _posture(scenario: Scenario) -> Iterator[None]:
 def _sensor_blocks(
     scenario: Scenario, plant: MultibodyPlant, kinematics: Kinematics
 ) -> dict[str, Block]:
-    sensors = scenario.sensors
-    imu, foot_force, contact = (
-        params.ideal() if sensors.ideal else params
-        for params in (sensors.imu, sensors.foot_force, sensors.contact)
-    )
+    sensors = scenario.active_sensors()
     half_weight = 0.5 * plant.CalcTotalMass(plant.CreateDefaultContext()) * GRAVITY
     welds = tuple(int(plant.GetJointByName(f"fts_{foot}").index()) for foot in FEET)
     standing = np.tile([0.0, 0.0, half_weight, 0.0, 0.0, 0.0], 2)
     return {
-        "imu": Imu(imu, scenario.seed),
-        "foot_force_sensor": FootForceSensor(foot_force, welds, standing, scenario.seed),
-        "contact_switches": ContactSwitches(contact, pad_joints(plant), kinematics.tree),
+        "imu": Imu(sensors.imu, scenario.seed),
+        "foot_force_sensor": FootForceSensor(sensors.foot_force, welds, standing, scenario.seed),
+        "contact_switches": ContactSwitches(sensors.contact, pad_joints(plant), kinematics.tree),
     }
 
 
@@ -169,7 +165,10 @@ def build_fused(world: World, scenario: Scenario, *, compile_laws: bool | None =
     It does what the diagram of blocks does. The log has what the fused system says of every tick.
     """
     builder, plant = world.builder, world.plant
-    blocks = world.sensors | {"drive_guard": world.servos.guard()} | world.controller
+    parts = {**world.sensors, "drive_guard": world.servos.guard(), **world.controller}
+    blocks = {name: block for name, block in parts.items() if isinstance(block, Block)}
+    if own := parts.keys() - blocks.keys():
+        raise BlockError(f"{', '.join(sorted(own))}: without a declared law it cannot be fused")
     fused = builder.AddNamedSystem("fused", FusedSystem(blocks, compile_laws=compile_laws))
     command = builder.AddNamedSystem("walk_command", _command_source(scenario.walk))
     layout, state = fused.layout, fused.GetOutputPort("state")

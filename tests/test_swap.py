@@ -12,6 +12,7 @@ from lola_drake.scenario import Scenario, load_scenario
 from lola_drake.signals import Field, Signal
 from lola_drake.simulation import ENGINES, make_world, simulate, start
 from lola_drake.swap import swapped
+from lola_drake.world import build_fused
 
 SHORT = {"duration": 0.05}
 
@@ -283,3 +284,10 @@ def test_servos_without_a_bus_run_in_the_diagram():
     run.advance(scenario.duration)
     assert not run.fallen
     assert np.array_equal(run.signal("joint_desired_state"), run.signal("joint_command")[:48])
+
+
+def test_what_declares_no_law_is_not_fused():
+    scenario = Scenario()
+    world = make_world(scenario, {"imu_stabilizer": System()})
+    with pytest.raises(BlockError, match="^imu_stabilizer: without a declared law"):
+        build_fused(world, scenario)

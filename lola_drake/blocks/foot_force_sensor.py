@@ -4,6 +4,7 @@ It is the weld between ankle and sole: what it reads is the load that the sole p
 the ground's wrench less the weight and inertia of the sole. Noise and filter are estimates.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from math import exp, pi
 
@@ -54,7 +55,7 @@ class FootForceSensor(Block):
     def __init__(
         self,
         params: FootForceSensorParams,
-        joint_indices: tuple[int, int],
+        joint_indices: Sequence[int],
         initial: np.ndarray,
         seed: int,
     ):

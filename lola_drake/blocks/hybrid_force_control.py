@@ -19,6 +19,7 @@ says nothing of a foot that finds no ground where it is planned; that it seeks i
 (`seeking_rate()`) is our own choice.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -169,9 +170,9 @@ class FootSensor(NamedTuple):
         p_TcpFoot: its CoM relative to the TCP, in F (m).
     """
 
-    p_TcpSensor: tuple[float, float, float]
+    p_TcpSensor: Sequence[float]
     weight: float
-    p_TcpFoot: tuple[float, float, float]
+    p_TcpFoot: Sequence[float]
 
 
 def wrench_at_tcp(measured, s_x, s_y, yaw, sensor):

@@ -167,6 +167,7 @@ class WalkingPattern(Block):
     kind = "planning"
     state = (State(REQUEST, hidden=True), *PLANNED)
     held = True
+    params: WalkingPatternParams
 
     def __init__(
         self,
