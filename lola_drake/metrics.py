@@ -73,6 +73,7 @@ def metrics(times: np.ndarray, signals: Signals, limits: Limits) -> dict[str, ob
     counted = walking if walking.any() else settled
     com_height = signals["com_position"][:, COM_POSITION.slice("p").start + 2]
     lifting = vertical_acceleration(times, com_height)
+    speed = signals["joint_velocity"][counted]
     found = {
         "distance_m": distance(torso, gait),
         "mean_speed_m_per_s": mean_speed(times, torso, gait),
@@ -83,6 +84,7 @@ def metrics(times: np.ndarray, signals: Signals, limits: Limits) -> dict[str, ob
         "max_slip_m": max(map(max_slip, feet, forces)),
         "settling_time_s": settling_time(times[settled], torso[settled]),
         "max_com_vertical_acceleration_m_per_s2": float(np.abs(lifting[settled]).max(initial=0.0)),
+        "drive_work_J": drive_work(times[counted], signals["joint_torque"][counted], speed),
         "steps_beyond_limits": steps_beyond_limits(
             {name: values[settled] for name, values in signals.items()}, limits
         ),
@@ -231,6 +233,17 @@ def vertical_acceleration(times: np.ndarray, height: np.ndarray) -> np.ndarray:
     squares -= squares.mean()
     curvature = np.convolve(height, squares, "valid") / (squares @ squares)
     return np.pad(2 * curvature / period**2, reach, mode="edge")
+
+
+def drive_work(times: np.ndarray, torque: np.ndarray, speed: np.ndarray) -> float:
+    """Return the mechanical work of all drives (J); what they brake counts as what they drive.
+
+    Args:
+        times: of the samples (s), shape (n,).
+        torque: of the drives (Nm), shape (n, 24).
+        speed: of the joints (rad/s), shape (n, 24).
+    """
+    return float(np.trapezoid(np.abs(torque * speed).sum(axis=1), times))
 
 
 def steps_beyond_limits(signals: Signals, limits: Limits) -> dict[str, int]:

@@ -161,3 +161,10 @@ def test_the_run_knows_its_limits(make_result):
     result.signals["joint_velocity"][700:720, 3] = 100.0
     assert result.metrics["steps_beyond_limits"]["joint_speed"] == 20
     assert result.metrics["max_com_vertical_acceleration_m_per_s2"] == 0.0
+
+
+def test_what_drives_brake_is_work_as_what_they_drive():
+    times = np.array([0.0, 0.5, 1.0])
+    torque = np.array([[2.0, -1.0]] * 3)
+    speed = np.array([[1.0, 3.0]] * 3)
+    assert metrics.drive_work(times, torque, speed) == pytest.approx(5.0)
