@@ -39,7 +39,12 @@ MESH_SHARE = (3 - 3**0.5) / 2
 """Part of a pad's area that its mesh has: two triangles on its ends, whose centres are the Gauss
 points of its length. The ground is as much stiffer per area."""
 
-_PAD_NAMES = ("pad_rear_left", "pad_rear_right", "pad_front_left", "pad_front_right")
+PAD_LINKS = tuple(
+    of_foot(f"pad_{place}", foot)
+    for foot in FEET
+    for place in ("rear_left", "rear_right", "front_left", "front_right")
+)
+"""The links of the pads, in the order of the contact switches (0 to 7)."""
 
 
 def add_plant(builder: DiagramBuilder, ground: Ground) -> tuple[MultibodyPlant, SceneGraph]:
@@ -114,8 +119,12 @@ def set_start(
 
 def pad_joints(plant: MultibodyPlant) -> tuple[int, ...]:
     """Return the index of the weld joint of every pad, in the order of the switches (0 to 7)."""
-    names = [of_foot(name, foot) for foot in FEET for name in _PAD_NAMES]
-    return tuple(int(plant.GetJointByName(name).index()) for name in names)
+    return tuple(int(plant.GetJointByName(name).index()) for name in PAD_LINKS)
+
+
+def sole_joints(plant: MultibodyPlant) -> tuple[int, ...]:
+    """Return the index of the weld joint of the left and the right force sensor."""
+    return tuple(int(plant.GetJointByName(f"fts_{foot}").index()) for foot in FEET)
 
 
 def pad_geometries(plant: MultibodyPlant) -> dict[int, int]:

@@ -33,7 +33,7 @@ MOST_NUMBERS = 500_000_000
 def software_versions() -> dict[str, str]:
     """Return the versions of all software that a run's numbers depend on."""
     versions = {"python": platform.python_version()}
-    for package in ("lola_drake", "drake", "numpy", "scipy"):
+    for package in ("lola_drake", "drake", "mujoco", "numpy", "scipy"):
         try:
             versions[package] = importlib.metadata.version(package)
         except importlib.metadata.PackageNotFoundError:

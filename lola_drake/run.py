@@ -17,6 +17,7 @@ from lola_drake.fused import FusedSystem
 from lola_drake.logged import LOGGED
 from lola_drake.plant import has_fallen, plant_truth
 from lola_drake.results import Result
+from lola_drake.robot import Kinematics
 from lola_drake.scenario import Scenario
 from lola_drake.servos import OVERLOADED
 from lola_drake.signals import PERIOD, PLANT_STATE, on_tick, split_foot
@@ -100,7 +101,7 @@ class Run:
         Raises:
             FloatingPointError: if the plant's state is no number any more.
         """
-        positions = self.plant.GetPositions(self.plant.GetMyContextFromRoot(self.context))
+        positions = self.plant_state[: PLANT_STATE.slice("q").stop]
         if not np.isfinite(positions).all():
             raise FloatingPointError("the state of the plant is no number any more")
         return has_fallen(positions)
@@ -271,7 +272,7 @@ class Run:
             broken = np.flatnonzero(~np.isfinite(data).all(axis=1))
             times, data = times[: min(broken, default=None)], data[: min(broken, default=None)]
         signals = {name: data[:, at].copy() for name, at in self._columns().items()}
-        signals |= plant_truth(self.plant, signals.pop(PLANT_STATE.name))
+        signals |= plant_truth(Kinematics().plant, signals.pop(PLANT_STATE.name))
         fell = error is None and self.fallen
         at_end = len(times) > 0 and times[-1] >= self.scenario.duration - 0.5 * PERIOD
         return Result(

@@ -30,6 +30,8 @@ from lola_drake.paths import scenario_paths
 
 VARIANTS = ("ref", "dyn", "original")
 
+PLANTS = ("drake", "mujoco")
+
 PATH = 1000
 """Greatest length of a path."""
 
@@ -162,6 +164,7 @@ class Scenario:
     duration: float = parameter(10.0, "simulated time", "s", minimum=0.001, maximum=3600)
     seed: int = parameter(0, "of all random numbers", "", minimum=0, maximum=1_000_000_000)
     variant: str = parameter("dyn", "of the controller", choices=VARIANTS)
+    plant: str = parameter("drake", "the engine of the robot and its ground", choices=PLANTS)
     start: StartPose = field(default_factory=StartPose)
     walk: Walk = field(default_factory=Walk)
     pattern: WalkingPatternParams = field(default_factory=WalkingPatternParams)

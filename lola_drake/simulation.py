@@ -91,7 +91,8 @@ def start(
         world = make_world(scenario, blocks, servos)
         return build_fused(world, scenario, compile_laws=compile_laws)
 
-    if limited:
+    # MuJoCo's servos keep their limits by themselves.
+    if limited or scenario.plant == "mujoco":
         return Run(scenario, fused(ImplicitServos))
     return Run(scenario, fused(DampingServos), lambda: fused(ImplicitServos))
 

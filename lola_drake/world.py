@@ -4,9 +4,9 @@ from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
-from pydrake.geometry import SceneGraph
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.systems.framework import Diagram, DiagramBuilder, OutputPort, System
 from pydrake.systems.primitives import (
@@ -33,18 +33,20 @@ from lola_drake.controller import (
 )
 from lola_drake.fused import FusedSystem
 from lola_drake.logged import LOGGED
-from lola_drake.plant import add_plant, pad_joints, set_start
+from lola_drake.plant import add_plant, pad_joints, set_start, sole_joints
 from lola_drake.robot import Kinematics
 from lola_drake.scenario import Scenario, ScenarioError, Walk, as_scenario
 from lola_drake.servos import DRIVE_FEEDBACK, DampingServos, ImplicitServos
 from lola_drake.signals import (
-    FEET,
     JOINT_DESIRED_STATE,
     JOINT_FEEDFORWARD,
     PERIOD,
 )
 from lola_drake.swap import Replacement, load_laws, swapped
 from lola_drake.theory.constants import GRAVITY
+
+if TYPE_CHECKING:
+    from lola_drake.mujoco_plant import MujocoPlant, MujocoServos
 
 
 @dataclass(frozen=True)
@@ -53,16 +55,15 @@ class World:
 
     Attributes:
         builder: of the diagram that has the plant.
-        plant, scene_graph: in that diagram.
+        plant: in that diagram, of Drake or MuJoCo.
         servos: in the plant.
         stance: how the robot stands at the start.
         sensors, controller: the blocks, by name.
     """
 
     builder: DiagramBuilder
-    plant: MultibodyPlant
-    scene_graph: SceneGraph
-    servos: ImplicitServos | DampingServos
+    plant: "MultibodyPlant | MujocoPlant"
+    servos: "ImplicitServos | DampingServos | MujocoServos"
     stance: Stance
     sensors: Blocks
     controller: Blocks
@@ -73,22 +74,26 @@ def make_world(
     blocks: Mapping[str, Replacement] | None = None,
     servos: type[ImplicitServos | DampingServos] = ImplicitServos,
 ) -> World:
-    """Return the plant of a scenario, and its blocks, some of them replaced."""
-    builder = DiagramBuilder()
-    plant, scene_graph = add_plant(builder, scenario.ground)
-    driven = servos(plant, scenario.control.servos)
-    plant.Finalize()
-    kinematics = Kinematics()
+    """Return the plant of a scenario, and its blocks, some of them replaced.
+
+    The servos are those of Drake's plant; MuJoCo's has its own.
+    """
+    builder, kinematics = DiagramBuilder(), Kinematics()
     with _posture(scenario):
         stance = initial_stance(scenario, kinematics)
-    set_start(plant, scenario.start, scenario.ground, stance.q, stance.p_PT)
-    sensors = _sensor_blocks(scenario, plant, kinematics)
+    if scenario.plant == "mujoco":
+        plant, driven = _mujoco_plant(builder, scenario, stance)
+    else:
+        plant, _ = add_plant(builder, scenario.ground)
+        driven = servos(plant, scenario.control.servos)
+        plant.Finalize()
+        set_start(plant, scenario.start, scenario.ground, stance.q, stance.p_PT)
+    sensors = _sensor_blocks(scenario, kinematics)
     controller = controller_blocks(scenario, kinematics, stance, planned_steps(scenario.walk))
     all_blocks = swapped(sensors | controller, load_laws(scenario.blocks) | dict(blocks or {}))
     return World(
         builder,
         plant,
-        scene_graph,
         driven,
         stance,
         {name: all_blocks[name] for name in sensors},
@@ -106,17 +111,27 @@ def _posture(scenario: Scenario) -> Iterator[None]:
         raise ScenarioError(f"{scenario.name}: {reason(error)}; see {keys}") from None
 
 
-def _sensor_blocks(
-    scenario: Scenario, plant: MultibodyPlant, kinematics: Kinematics
-) -> dict[str, Block]:
-    sensors = scenario.active_sensors()
-    half_weight = 0.5 * plant.CalcTotalMass(plant.CreateDefaultContext()) * GRAVITY
-    welds = tuple(int(plant.GetJointByName(f"fts_{foot}").index()) for foot in FEET)
+def _mujoco_plant(
+    builder: DiagramBuilder, scenario: Scenario, stance: Stance
+) -> tuple["MujocoPlant", "MujocoServos"]:
+    from lola_drake.mujoco_plant import MujocoPlant, MujocoServos
+
+    robot = Kinematics().plant
+    set_start(robot, scenario.start, scenario.ground, stance.q, stance.p_PT)
+    q = robot.GetPositions(robot.CreateDefaultContext())
+    plant = MujocoPlant(scenario, q, sole_joints(robot), pad_joints(robot))
+    return builder.AddNamedSystem("plant", plant), MujocoServos(plant)
+
+
+def _sensor_blocks(scenario: Scenario, kinematics: Kinematics) -> dict[str, Block]:
+    sensors, robot, seed = scenario.active_sensors(), kinematics.plant, scenario.seed
+    half_weight = 0.5 * kinematics.mass * GRAVITY
     standing = np.tile([0.0, 0.0, half_weight, 0.0, 0.0, 0.0], 2)
+    soles, pads = sole_joints(robot), pad_joints(robot)
     return {
-        "imu": Imu(sensors.imu, scenario.seed),
-        "foot_force_sensor": FootForceSensor(sensors.foot_force, welds, standing, scenario.seed),
-        "contact_switches": ContactSwitches(sensors.contact, pad_joints(plant), kinematics.tree),
+        "imu": Imu(sensors.imu, seed),
+        "foot_force_sensor": FootForceSensor(sensors.foot_force, soles, standing, seed),
+        "contact_switches": ContactSwitches(sensors.contact, pads, kinematics.tree),
     }
 
 
@@ -131,8 +146,14 @@ def build_simulation(
 
     Raises:
         BlockError: if such a law does not fit.
+        ScenarioError: if the scenario's plant is none of Drake's.
     """
     scenario = as_scenario(scenario)
+    if scenario.plant != "drake":
+        raise ScenarioError(
+            f"plant: {scenario.plant!r} runs in the fused engine alone; diagrams, linear "
+            "models and the live view need 'drake'"
+        )
     world = make_world(scenario, blocks)
     builder, plant = world.builder, world.plant
     controller = builder.AddNamedSystem("controller", WalkingController(world.controller))

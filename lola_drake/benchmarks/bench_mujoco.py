@@ -14,7 +14,8 @@ from pydrake.systems.analysis import Simulator
 
 from lola_drake.benchmarks.bare_plant import Motion, bare_plant, record_commands, record_motion
 from lola_drake.benchmarks.bench import TURN, spread, steady_walk, time_to_advance
-from lola_drake.benchmarks.mujoco_twin import Twin, inverse_dynamics, mujoco_twin
+from lola_drake.benchmarks.mujoco_twin import Twin, inverse_dynamics
+from lola_drake.mujoco_model import mujoco_model
 from lola_drake.plant import plant_truth
 from lola_drake.scenario import Scenario
 from lola_drake.signals import FEET, JOINTS, PERIOD
@@ -80,8 +81,8 @@ def _engines(scenario: Scenario, commands: np.ndarray) -> Engines:
     servos, ground = scenario.control.servos, scenario.ground
     return {
         _DRAKE: drake,
-        _SAME: Twin(mujoco_twin(servos, ground), q, commands),
-        _OWN: Twin(mujoco_twin(servos, ground, own_contact=True), q, commands),
+        _SAME: Twin(mujoco_model(servos, ground), q, commands),
+        _OWN: Twin(mujoco_model(servos, ground, own_contact=True), q, commands),
     }
 
 

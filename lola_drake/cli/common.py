@@ -50,6 +50,11 @@ Host = Annotated[
 
 Seed = Annotated[int | None, typer.Option(help="Seed of all random numbers.")]
 
+Plant = Annotated[
+    str | None,
+    typer.Option(help="The engine of robot and ground: drake, or mujoco (extra [bench])."),
+]
+
 Force = Annotated[bool, typer.Option("--force", help="Replace what is there already.")]
 
 

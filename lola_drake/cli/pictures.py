@@ -25,9 +25,14 @@ app = typer.Typer()
 
 def live_view(scenario: "Scenario", host: str) -> "LiveView":
     """Return what shows a simulation in a browser, and say where."""
+    from lola_drake.errors import OutputError
     from lola_drake.view3d.live import LiveView
     from lola_drake.view3d.scene import open_meshcat
 
+    if scenario.plant != "drake":
+        raise OutputError(
+            f"plant: {scenario.plant!r} cannot be watched while it runs, only 'drake'"
+        )
     meshcat = open_meshcat(host=host, live=True)
     typer.echo(f"waiting for a browser at {meshcat.web_url()}", err=True)
     return LiveView(scenario, meshcat)

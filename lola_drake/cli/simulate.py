@@ -19,6 +19,7 @@ from lola_drake.cli.common import (
     Force,
     Host,
     Json,
+    Plant,
     ScenarioName,
     Seed,
     changed,
@@ -45,6 +46,7 @@ def simulate(
     variant: Annotated[str | None, typer.Option(help="ref, dyn or original.")] = None,
     blocks: Blocks = None,
     engine: Engine = "fused",
+    plant: Plant = None,
     output: Annotated[
         Path | None, typer.Option("--output", "-o", help="Folder of the run (runs/SCENARIO).")
     ] = None,
@@ -69,7 +71,8 @@ def simulate(
     from lola_drake.simulation import simulate as run
 
     with errors_in_one_line():
-        chosen = load_scenario(scenario, changed(changes, blocks, seed=seed, variant=variant))
+        options = {"seed": seed, "variant": variant, "plant": plant}
+        chosen = load_scenario(scenario, changed(changes, blocks, **options))
         folder = output or Path("runs") / chosen.name
         check_folder(folder, force=force)
         view = live_view(chosen, host) if meshcat else None

@@ -15,6 +15,7 @@ from lola_drake.cli.common import (
     Blocks,
     Changes,
     Json,
+    Plant,
     ScenarioName,
     Seed,
     changed,
@@ -43,6 +44,7 @@ def compare(
     changes: Changes = None,
     seed: Seed = None,
     blocks: Blocks = None,
+    plant: Plant = None,
     output: Folder = None,
     force: Annotated[
         bool, typer.Option("--force", help="Replace the comparison in that folder.")
@@ -68,7 +70,7 @@ def compare(
     from lola_drake.studies.variants import compare as run
 
     with errors_in_one_line():
-        chosen = load_scenario(scenario, changed(changes, blocks, seed=seed))
+        chosen = load_scenario(scenario, changed(changes, blocks, seed=seed, plant=plant))
         folder = output or Path("runs") / f"compare_{chosen.name}"
         check_folder(folder, force=force, files=COMPARISON_FILES, what="comparison")
         names = [name.strip() for name in variants.split(",")]
@@ -97,6 +99,7 @@ def reproduce(
     samples: Annotated[
         int, typer.Option(min=0, help="Sampled worlds; 0 for the scenarios as they are.")
     ] = 0,
+    plant: Plant = None,
     output: Folder = None,
     jobs: Jobs = 2,
     as_json: Json = False,
@@ -116,7 +119,7 @@ def reproduce(
     with errors_in_one_line():
         study = Study(folder / "runs.jsonl")
         with _keeping(study), progress_bar("reproduction", total, COUNT) as advance:
-            outcomes = run_experiments(study, samples, jobs, advance)
+            outcomes = run_experiments(study, samples, jobs, advance, plant=plant or "drake")
         with drawn(folder):
             content = reproduction(outcomes)
             write_json(content, folder / "reproduction.json")

@@ -38,9 +38,9 @@ class Experiment:
     changes: Mapping[str, object] = field(default_factory=dict)
     paper: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
 
-    def scenarios(self, seed: int | None = None) -> list[Scenario]:
+    def scenarios(self, seed: int | None = None, plant: str = "drake") -> list[Scenario]:
         """Return the scenario in both variants, in the world of a seed or as it is written."""
-        base = load_scenario(self.scenario, self.changes)
+        base = load_scenario(self.scenario, {**self.changes, "plant": plant})
         world = base if seed is None else sample_world(base, seed)
         return [override(world, {"variant": variant}) for variant in self.variants]
 
@@ -157,6 +157,7 @@ def run_experiments(
     jobs: int = 2,
     progress: Callable[[int], None] | None = None,
     experiments: Sequence[Experiment] = EXPERIMENTS,
+    plant: str = "drake",
 ) -> list[Outcome]:
     """Return the outcome of every experiment; the study's file keeps what is done.
 
@@ -166,11 +167,12 @@ def run_experiments(
         jobs: how many processes run at a time.
         progress: called with the number of runs that are done.
         experiments: what to do.
+        plant: the engine of the robot and its ground.
     """
     worlds = list(range(samples)) or [None]
     # World by world, so that a study that is stopped has all experiments in the first ones.
     wanted = [(e, world) for world in worlds for e in experiments]
-    scenarios = [scenario for e, world in wanted for scenario in e.scenarios(world)]
+    scenarios = [scenario for e, world in wanted for scenario in e.scenarios(world, plant)]
     summaries = study.run(scenarios, jobs, progress)
     pairs = list(zip(summaries[::2], summaries[1::2], strict=True))
     return [

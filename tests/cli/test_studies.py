@@ -221,8 +221,8 @@ def test_bench_shows_how_long_runs_scale(lola_bench):
 
 def test_bench_says_which_package_is_missing_before_it_measures(lola_bench, monkeypatch):
     monkeypatch.setitem(sys.modules, "mujoco", None)
-    for name in ("bench_mujoco", "mujoco_twin"):
-        monkeypatch.delitem(sys.modules, f"lola_drake.benchmarks.{name}", raising=False)
+    for name in ("benchmarks.bench_mujoco", "benchmarks.mujoco_twin", "mujoco_model"):
+        monkeypatch.delitem(sys.modules, f"lola_drake.{name}", raising=False)
     done = lola_bench("--vs-mujoco")
     assert done.exit_code == 2 and not lola_bench.measured
     assert done.stderr == "lola: MuJoCo needs a package: pip install 'lola_drake[bench]'\n"

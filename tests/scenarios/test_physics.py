@@ -6,6 +6,7 @@ import sys
 
 import numpy as np
 import pytest
+from momentum import load, upper_momentum
 from pydrake.math import RigidTransform, RollPitchYaw, RotationMatrix
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
@@ -13,9 +14,7 @@ from pydrake.systems.framework import DiagramBuilder
 from lola_drake.plant import add_plant
 from lola_drake.robot import PADS
 from lola_drake.scenario import Ground, load_scenario
-from lola_drake.signals import MEASURED_WRENCH
 from lola_drake.simulation import simulate
-from lola_drake.theory.constants import GRAVITY
 from lola_drake.theory.contact_model import contact_matrix
 from lola_drake.world import build_simulation
 
@@ -105,13 +104,13 @@ def test_forces_and_moments_are_newtons_while_walking():
     for k in range(1000):
         # Between two ticks, so that rounding never decides which of them is over.
         simulator.AdvanceTo((1800.5 + k) * 1e-3)
-        momentum, gravity = _upper_momentum(plant, plant_context)
+        momentum, gravity = upper_momentum(plant, plant_context)
         if before is not None:
             reading = sensor.GetOutputPort("measured_wrench").Eval(
                 sensor.GetMyContextFromRoot(context)
             )
-            load = sum(_load(frames_before[f], reading, f) for f in "lr")
-            residual = (momentum - before) / 1e-3 - gravity_before - load
+            carried = sum(load(frames_before[f], reading, f) for f in "lr")
+            residual = (momentum - before) / 1e-3 - gravity_before - carried
             worst = np.maximum(worst, np.abs(residual))
         before, gravity_before = momentum, gravity
         frames_before = {
@@ -120,33 +119,6 @@ def test_forces_and_moments_are_newtons_while_walking():
     # The sensors' noise in the scenarios is 2 N and 0.1 Nm; about the origin, arms are ~1 m.
     assert worst[3:].max() < 2.0
     assert worst[:3].max() < 2.0
-
-
-def _upper_momentum(plant, context) -> tuple[np.ndarray, np.ndarray]:
-    """Return spatial momentum [L, p] about the origin above the sensors, and gravity's rate."""
-    feet = {"foot_l", "zfl", "foot_r", "zfr"}
-    momentum, gravity = np.zeros(6), np.zeros(6)
-    for index in plant.GetBodyIndices(plant.GetModelInstanceByName("lola")):
-        body = plant.get_body(index)
-        if body.name() in feet:
-            continue
-        inertia = body.CalcSpatialInertiaInBodyFrame(context)
-        pose, velocity = body.EvalPoseInWorld(context), body.EvalSpatialVelocityInWorld(context)
-        in_world = inertia.ReExpress(pose.rotation())
-        p_com = pose.translation() + in_world.get_com()
-        v_com = velocity.translational() + np.cross(velocity.rotational(), in_world.get_com())
-        central = in_world.Shift(in_world.get_com()).CalcRotationalInertia().CopyToFullMatrix3()
-        p = in_world.get_mass() * v_com
-        momentum += np.r_[central @ velocity.rotational() + np.cross(p_com, p), p]
-        weight = np.array([0.0, 0.0, -GRAVITY * in_world.get_mass()])
-        gravity += np.r_[np.cross(p_com, weight), weight]
-    return momentum, gravity
-
-
-def _load(X_WSensor: RigidTransform, reading: np.ndarray, foot: str) -> np.ndarray:
-    force = X_WSensor.rotation() @ reading[MEASURED_WRENCH.slice(f"F_{foot}")]
-    torque = X_WSensor.rotation() @ reading[MEASURED_WRENCH.slice(f"T_{foot}")]
-    return np.r_[torque + np.cross(X_WSensor.translation(), force), force]
 
 
 _DIGEST = """
