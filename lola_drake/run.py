@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterator
 from dataclasses import Field as DataclassField
+from dataclasses import replace
 from functools import cached_property
 from typing import Any, NamedTuple
 
@@ -214,11 +215,11 @@ class Run:
         source.get_mutable_source_value(context).SetFromVector(velocity)
 
     def forget(self, kept: int) -> None:
-        """Drop what was recorded if it is more than so many samples."""
+        """Drop what was recorded but at least the last samples, so many."""
         log = self.diagram.GetSubsystemByName("log").FindMutableLog(self.context)
         if log.num_samples() > kept:
+            self._earlier = [(log.sample_times()[-kept:].copy(), log.data().T[-kept:].copy())]
             log.Clear()
-            self._earlier = []
 
     def gains(self) -> Iterator[Gain]:
         """Yield the gains of all blocks, those of both feet once."""
@@ -259,6 +260,14 @@ class Run:
         """Record this moment, too, which `advance` leaves to what comes after it."""
         self.simulator.AdvancePendingEvents()
 
+    def recent(self, duration: float) -> Result:
+        """Return the record of the last seconds; its time begins with 0."""
+        times, data = self._recorded(self.time - duration)
+        times = times - times[:1].sum()
+        scenario = replace(self.scenario, duration=max(times.max(initial=0.0), PERIOD))
+        ended = {"completed": not self.fallen, "fall_time": times[-1] if self.fallen else None}
+        return Result(scenario, times, self._signals(data), wall_time=0.0, **ended)
+
     def result(self, wall_time: float, error: str | None = None) -> Result:
         """Return what was recorded until now.
 
@@ -271,26 +280,30 @@ class Run:
             # The last samples may be what made it fail.
             broken = np.flatnonzero(~np.isfinite(data).all(axis=1))
             times, data = times[: min(broken, default=None)], data[: min(broken, default=None)]
-        signals = {name: data[:, at].copy() for name, at in self._columns().items()}
-        signals |= plant_truth(Kinematics().plant, signals.pop(PLANT_STATE.name))
         fell = error is None and self.fallen
         at_end = len(times) > 0 and times[-1] >= self.scenario.duration - 0.5 * PERIOD
         return Result(
             scenario=self.scenario,
             times=times,
-            signals=signals,
+            signals=self._signals(data),
             completed=not (fell or error) and at_end,
             fall_time=float(times[-1]) if fell else None,
             wall_time=wall_time,
             error=error,
         )
 
-    def _recorded(self) -> tuple[np.ndarray, np.ndarray]:
-        """Return the times (s) and rows of the log until now."""
+    def _recorded(self, since: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
+        """Return the times (s) and rows of the log from a time until now."""
         log = self.diagram.GetSubsystemByName("log").FindLog(self.context)
         parts = [*self._earlier, (log.sample_times(), log.data().T)]
+        parts = [(t[first:], d[first:]) for t, d in parts for first in [np.searchsorted(t, since)]]
         times, rows = zip(*parts, strict=True)
         return np.concatenate(times), np.concatenate(rows)
+
+    def _signals(self, data: np.ndarray) -> dict[str, np.ndarray]:
+        """Return what rows of the log say, by the names of the signals."""
+        signals = {name: data[:, at].copy() for name, at in self._columns().items()}
+        return signals | plant_truth(Kinematics().plant, signals.pop(PLANT_STATE.name))
 
     def _columns(self) -> dict[str, slice]:
         """Return where each signal is in the log."""

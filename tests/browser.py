@@ -7,6 +7,7 @@ import subprocess
 import tempfile
 import threading
 from pathlib import Path
+from urllib.parse import urlsplit
 
 import pytest
 
@@ -34,20 +35,21 @@ GIVE_UP = 120.0
 """After this (s) a browser that says nothing is ended, and the test fails."""
 
 
-def ask(page: Path, question: str, *, width: int = 1400) -> tuple[object, list[str]]:
+def ask(page: Path | str, question: str, *, width: int = 1400) -> tuple[object, list[str]]:
     """Open a page, run a script in it, and return its answer and all complaints.
 
     Those are errors and warnings of the console, and whatever is asked of the net.
 
     Args:
-        page: An HTML file.
+        page: An HTML file, or the address of one that this machine serves.
         question: Statements that return the answer; `await settled(() => …)` waits.
         width: Of the window (pixels).
     """
     with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as profile:
-        browser = _Browser(profile, width)
+        url = page if isinstance(page, str) else page.resolve().as_uri()
+        browser = _Browser(profile, width, urlsplit(url).hostname or "")
         try:
-            browser.open(page)
+            browser.open(url)
             answer = browser.evaluate(f"(async () => {{ {SETTLED} {question} }})()")
         finally:
             browser.close()
@@ -57,7 +59,8 @@ def ask(page: Path, question: str, *, width: int = 1400) -> tuple[object, list[s
 class _Browser:
     """One tab, steered by Chromium's own protocol through a pair of pipes."""
 
-    def __init__(self, profile: str, width: int):
+    def __init__(self, profile: str, width: int, host: str):
+        self._host = host
         theirs_in, self._to = os.pipe()
         self._from, theirs_out = os.pipe()
         # Chromium reads from 3 and writes to 4, the first two of what it is given.
@@ -81,9 +84,9 @@ class _Browser:
         for domain in ("Page", "Runtime", "Log", "Network"):
             self._call(f"{domain}.enable")
 
-    def open(self, page: Path) -> None:
-        self._call("Page.navigate", url=page.resolve().as_uri())
-        ready = "document.readyState === 'complete' && location.protocol === 'file:'"
+    def open(self, url: str) -> None:
+        self._call("Page.navigate", url=url)
+        ready = "document.readyState === 'complete' && location.protocol !== 'about:'"
         while not self.evaluate(ready):
             pass
 
@@ -130,5 +133,6 @@ class _Browser:
             self.complaints.append(told["entry"]["text"])
         elif method == "Network.requestWillBeSent":
             url = told["request"]["url"]
-            if not url.startswith(("file:", "data:", "blob:", "about:")):
+            mine = urlsplit(url).hostname == self._host
+            if not mine and not url.startswith(("file:", "data:", "blob:", "about:")):
                 self.complaints.append(f"asks the net for {url}")

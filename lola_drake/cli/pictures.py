@@ -23,19 +23,46 @@ if TYPE_CHECKING:
 app = typer.Typer()
 
 
-def live_view(scenario: "Scenario", host: str) -> "LiveView":
-    """Return what shows a simulation in a browser, and say where."""
+def live_view(
+    scenario: "Scenario", host: str, folder: Path, *, diagram: bool = False
+) -> "LiveView":
+    """Return what shows a simulation in a browser, and say where.
+
+    Args:
+        scenario: what will be run.
+        host: where the page may be.
+        folder: in which the last seconds are kept when the user asks for that.
+        diagram: whether the page begins with the block diagram.
+    """
     from lola_drake.errors import OutputError
+    from lola_drake.view3d.diagram_view import live_diagram
     from lola_drake.view3d.live import LiveView
-    from lola_drake.view3d.scene import open_meshcat
+    from lola_drake.view3d.live_page import LivePage
+    from lola_drake.view3d.scene import address, open_meshcat
 
     if scenario.plant != "drake":
         raise OutputError(
             f"plant: {scenario.plant!r} cannot be watched while it runs, only 'drake'"
         )
-    meshcat = open_meshcat(host=host, live=True)
-    typer.echo(f"waiting for a browser at {meshcat.web_url()}", err=True)
-    return LiveView(scenario, meshcat)
+    where = address(host)
+    meshcat = open_meshcat(host=where, live=True)
+    page = LivePage(where, scenario.name, meshcat.port(), live_diagram(scenario))
+    typer.echo(f"waiting for a browser at {page.url}{'#diagram' if diagram else ''}", err=True)
+    return LiveView(scenario, meshcat, page, lambda result: _keep(result, folder))
+
+
+def _keep(result: "Result", folder: Path) -> str:
+    """Write the last seconds of a run into a folder of their own; return where, or why not."""
+    from lola_drake.errors import LolaError
+
+    taken = (int(path.name) for path in folder.glob("*") if path.name.isdecimal())
+    place = folder / str(1 + max(taken, default=0))
+    try:
+        result.save(place)
+        write_views(result, place, pictures=True, video=False)
+    except (LolaError, OSError) as error:
+        return f"not kept: {error}"
+    return f"kept in {place}"
 
 
 def write_views(result: "Result", folder: Path, *, pictures: bool, video: bool) -> None:
@@ -124,14 +151,17 @@ def walk(
     ] = "stand",
     changes: Changes = None,
     host: Host = "private",
+    output: Annotated[
+        Path, typer.Option("--output", "-o", help="Folder for what you keep on the way.")
+    ] = Path("runs/walk"),
 ) -> None:
-    """Steer the robot in a browser: by sliders, keys or gamepad; nothing is recorded."""
+    """Steer the robot in a browser: by sliders, keys or gamepad; the last 20 s can be kept."""
     from lola_drake.scenario import load_scenario
     from lola_drake.view3d.live import walk_live
 
     with errors_in_one_line():
         chosen = load_scenario(scenario, changes or [])
-        walk_live(chosen, live_view(chosen, host))
+        walk_live(chosen, live_view(chosen, host, output))
 
 
 @app.command()

@@ -60,6 +60,10 @@ def simulate(
     meshcat: Annotated[
         bool, typer.Option("--meshcat", help="Watch it in a browser, and take part.")
     ] = False,
+    diagram: Annotated[
+        bool,
+        typer.Option("--diagram", help="The same, beginning with values in the block diagram."),
+    ] = False,
     host: Host = "private",
     as_json: Json = False,
     quiet: Annotated[bool, typer.Option("--quiet", help="Show no progress, no table.")] = False,
@@ -75,7 +79,9 @@ def simulate(
         chosen = load_scenario(scenario, changed(changes, blocks, **options))
         folder = output or Path("runs") / chosen.name
         check_folder(folder, force=force)
-        view = live_view(chosen, host) if meshcat else None
+        kept = folder.with_name(f"{folder.name}_kept")
+        live = meshcat or diagram
+        view = live_view(chosen, host, kept, diagram=diagram) if live else None
         with _simulated(chosen.name, chosen.duration, show=not quiet) as advance:
             result = run(chosen, progress=advance, attend=view, engine=engine)
         result = view.signed(result) if view else result

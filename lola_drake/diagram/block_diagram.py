@@ -15,7 +15,7 @@ from lola_drake.diagram.block import Block
 from lola_drake.diagram.card import draw_card
 from lola_drake.diagram.drawing import Drawing, to_figure, to_svg
 from lola_drake.diagram.graph import read_block
-from lola_drake.diagram.layout import make_sheet
+from lola_drake.diagram.layout import ROW, make_sheet
 from lola_drake.diagram.sheet import Link, draw_sheet
 from lola_drake.scenario import load_scenario
 from lola_drake.typed_yaml import suggestion
@@ -40,6 +40,7 @@ def block_diagram(
     depth: int = 1,
     logging: bool = False,
     folder: Path | None = None,
+    row: float = ROW,
 ) -> Drawing:
     """Return the picture of a diagram, or of one system in it.
 
@@ -51,12 +52,13 @@ def block_diagram(
         logging: Whether to show the logs and what only they read.
         folder: Where the picture will lie; links to the source files start there. None for no
             links.
+        row: Height of a port's row (pt); a live page writes values below the names.
 
     Raises:
         OutputError: If there is no such system.
     """
     block = _way(read_block(diagram, logging=logging), system)[-1]
-    return _draw(block, depth, _linker(folder))
+    return _draw(block, depth, _linker(folder), row)
 
 
 def save_diagram(diagram: Diagram, path: str | Path, **options) -> Path:
@@ -127,10 +129,10 @@ def _index(blocks: list[Block], link: Link) -> str:
     return "\n".join(lines) + "\n"
 
 
-def _draw(block: Block, depth: int, link: Link) -> Drawing:
+def _draw(block: Block, depth: int, link: Link, row: float = ROW) -> Drawing:
     if depth < 1 or not block.children:
         return draw_card(block, link)
-    return draw_sheet(block, make_sheet(block, depth), link)
+    return draw_sheet(block, make_sheet(block, depth, row), link)
 
 
 def _linker(folder: Path | None) -> Link:

@@ -6,13 +6,16 @@ choice of light or dark; pixels and paper are light. Lengths are in points, y po
 
 import math
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from html import escape
 
 PAGE = (785.0, 538.0)
 """A4 landscape within margins of 10 mm (pt)."""
 
 FONTS = "'Helvetica Neue',Helvetica,Arial,'DejaVu Sans',sans-serif"
+
+FILLING = "@media (min-width:1100px){svg:root{width:100%;height:auto;max-height:100vh}}\n"
+"""Opened alone it fills a wide window; in a page it has the size of a sheet of paper at most."""
 
 Point = tuple[float, float]
 Colours = tuple[str, str]
@@ -54,12 +57,21 @@ class Label:
 
 @dataclass(frozen=True)
 class Group:
-    """Things that belong together: a hint that shows on hovering, a link that opens on clicking."""
+    """Things that belong together.
+
+    Attributes:
+        items: what they are.
+        title: a hint that shows on hovering.
+        href: a link that opens on clicking.
+        style: of the whole.
+        signal: what flows there, for scripts in a page around the SVG.
+    """
 
     items: tuple["Line | Label | Group", ...]
     title: str = ""
     href: str = ""
     style: str = ""
+    signal: str = ""
 
 
 Item = Line | Label | Group
@@ -108,7 +120,7 @@ def moved(items: Iterable[Item], dx: float, dy: float) -> tuple[Item, ...]:
 
     def one(item: Item) -> Item:
         if isinstance(item, Group):
-            return Group(moved(item.items, dx, dy), item.title, item.href, item.style)
+            return replace(item, items=moved(item.items, dx, dy))
         if isinstance(item, Line):
             points = tuple((x + dx, y + dy) for x, y in item.points)
             return Line(item.style, points, item.radius, item.closed)
@@ -180,7 +192,7 @@ def _css(drawing: Drawing) -> str:
         light.append(f".{name}{{{shade[0]}{more}}}\n")
         dark.append(f".{name}{{{shade[1]}}}\n")
     media = f"@media (prefers-color-scheme:dark){{\n{''.join(dark)}}}\n"
-    return "".join(light) + media + drawing.extra_css
+    return "".join(light) + media + FILLING + drawing.extra_css
 
 
 def _svg(item: Item) -> str:
@@ -201,7 +213,11 @@ def _svg(item: Item) -> str:
         )
     inside = "\n".join(_svg(entry) for entry in item.items)
     title = f"<title>{escape(item.title)}</title>" if item.title else ""
-    group = f'<g class="{item.style}">{title}\n{inside}\n</g>'
+    style, signal = (
+        f' {name}="{escape(value)}"' if value else ""
+        for name, value in (("class", item.style), ("data-signal", item.signal))
+    )
+    group = f"<g{style}{signal}>{title}\n{inside}\n</g>"
     return f'<a href="{escape(item.href)}">{group}</a>' if item.href else group
 
 

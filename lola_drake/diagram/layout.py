@@ -99,10 +99,10 @@ class _Route:
         return Trunk(channel, tuple(left), tuple(right))
 
 
-def make_box(block: Block, depth: int = 0) -> Box:
-    """Return the block with its content laid out to the given depth."""
+def make_box(block: Block, depth: int = 0, row: float = ROW) -> Box:
+    """Return the block with its content laid out to the given depth; a port has a row's height."""
     if depth > 0 and block.children:
-        sheet = make_sheet(block, depth)
+        sheet = make_sheet(block, depth, row)
         pills = {"in": {}, "out": {}}
         for box in sheet.boxes:
             if isinstance(box.content, Port):
@@ -114,21 +114,21 @@ def make_box(block: Block, depth: int = 0) -> Box:
         )
     ports = (*block.inputs, *block.outputs)
     text = max([len(block.name) * 1.15, len(block.type), *(len(p.name) + 3 for p in ports)])
-    heights = [HEADER + ROW * (i + 0.5) for i in range(len(ports))]
+    heights = [HEADER + ROW / 2 + row * i for i in range(len(ports))]
     names = [port.name for port in ports]
     split = len(block.inputs)
     return Box(
         block,
         width=round(CHARACTER * text + 14),
-        height=HEADER + ROW * len(ports) + 4.5,
+        height=HEADER + row * len(ports) + 4.5,
         in_y=dict(zip(names[:split], heights[:split], strict=True)),
         out_y=dict(zip(names[split:], heights[split:], strict=True)),
     )
 
 
-def make_sheet(block: Block, depth: int = 1) -> Sheet:
-    """Return the layout of what is inside of a diagram."""
-    boxes = {child.name: make_box(child, depth - 1) for child in block.children}
+def make_sheet(block: Block, depth: int = 1, row: float = ROW) -> Sheet:
+    """Return the layout of what is inside of a diagram; a port of a block has a row's height."""
+    boxes = {child.name: make_box(child, depth - 1, row) for child in block.children}
     for name, column in _columns(block).items():
         boxes[name].column = column
     last = max((box.column for box in boxes.values()), default=0) + 1

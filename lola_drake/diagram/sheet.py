@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from itertools import pairwise
 
-from lola_drake.diagram.block import Block, Port
+from lola_drake.diagram.block import Block, End, Port
 from lola_drake.diagram.drawing import (
     Drawing,
     Group,
@@ -16,7 +16,7 @@ from lola_drake.diagram.drawing import (
     rectangle,
 )
 from lola_drake.diagram.layout import HEADER, Box, Point, Sheet, Wire, pill_lines
-from lola_drake.signals import Signal
+from lola_drake.signals import Signal, of_foot, split_foot
 
 BORDER, TITLE, LEGEND = 16.0, 34.0, 26.0
 
@@ -83,10 +83,11 @@ def draw_sheet(block: Block, sheet: Sheet, link: Link) -> Drawing:
 
 def _sheet_items(sheet: Sheet, link: Link) -> list[Item]:
     frames = [item for box in sheet.boxes if box.inner for item in _frame(box, link)]
+    sources = {sink: wire.net.source for wire in sheet.wires for sink in wire.net.sinks}
     colours = _wire_colours(sheet.wires)
     wires = [_wire(wire, colour) for wire, colour in zip(sheet.wires, colours, strict=True)]
     boxes = [
-        _pill(box) if isinstance(box.content, Port) else _block(box, link)
+        _pill(box) if isinstance(box.content, Port) else _block(box, link, sources)
         for box in sheet.boxes
         if not box.inner
     ]
@@ -104,7 +105,7 @@ def _frame(box: Box, link: Link) -> list[Item]:
     ]
 
 
-def _block(box: Box, link: Link) -> Group:
+def _block(box: Box, link: Link, sources: dict[End, End]) -> Group:
     block, x, y, right = box.content, box.x, box.y, box.x + box.width
     period = f"{1e3 * block.period:g} ms" if block.period else ""
     head = (
@@ -114,14 +115,23 @@ def _block(box: Box, link: Link) -> Group:
         Label("faint", right - 7, y + 24, period, 8, "end"),
     )
     rows = []
-    for port, height in zip(block.inputs, box.in_y.values(), strict=True):
-        rows.append(_row(port, x, right, y + height, output=False))
-    for port, height in zip(block.outputs, box.out_y.values(), strict=True):
-        rows.append(_row(port, x, right, y + height, output=True))
+    for ports, heights, output in (
+        (block.inputs, box.in_y, False),
+        (block.outputs, box.out_y, True),
+    ):
+        for port, height in zip(ports, heights.values(), strict=True):
+            end = (block.name, port.name)
+            signal = _signal_name(*(end if output else sources.get(end, ("", ""))))
+            rows.append(_row(port, signal, x, right, y + height, output=output))
     return Group((Group(head, block_hint(block), link(block)), *rows))
 
 
-def _row(port: Port, left: float, right: float, y: float, *, output: bool) -> Group:
+def _signal_name(block: str, port: str) -> str:
+    """Return the name of the signal that an output gives: of a foot's block it is the foot's."""
+    return of_foot(port, split_foot(block)[1])
+
+
+def _row(port: Port, signal: str, left: float, right: float, y: float, *, output: bool) -> Group:
     size = "" if port.size is None else str(port.size)
     inner, outer = ("start", "end") if output else ("end", "start")
     near, far = (right, left + 7) if output else (left, right - 7)
@@ -135,7 +145,7 @@ def _row(port: Port, left: float, right: float, y: float, *, output: bool) -> Gr
         items.append(rectangle("faint", near - 2.5, y - 2.5, 5, 5))
     elif output:
         items.append(dot("faint", near, y, 2))
-    return Group(tuple(items), port_hint(port))
+    return Group(tuple(items), port_hint(port), signal=signal)
 
 
 def _pill(box: Box) -> Group:

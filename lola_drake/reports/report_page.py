@@ -12,12 +12,11 @@ from pathlib import Path
 from lola_drake.diagram.block_diagram import block_diagram
 from lola_drake.diagram.drawing import to_svg
 from lola_drake.figures.comparison import labels
-from lola_drake.figures.style import FIRST, FOOT_COLOURS, SECOND, THIRD
 from lola_drake.reports.payload import payload
 from lola_drake.results import Result
 from lola_drake.scenario import Scenario, differences
 from lola_drake.typed_yaml import leaves, plain
-from lola_drake.view3d.markers import PRESSURE
+from lola_drake.view3d.markers import LEGEND
 from lola_drake.view3d.replay import asset, packed
 from lola_drake.world import build_simulation
 
@@ -29,15 +28,6 @@ HEADLINES = {
     "largest force on a foot": ("max_foot_force_N", "N"),
 }
 """The metrics that a report begins with: key in the summary, unit."""
-
-LEGEND = (
-    (FOOT_COLOURS["l"], "ground force, left foot"),
-    (FOOT_COLOURS["r"], "right foot"),
-    (THIRD, "CoM"),
-    (SECOND, "ZMP"),
-    (PRESSURE, "pressure of the pads"),
-    (FIRST, "inclination of the torso, × 10"),
-)
 
 
 def report_page(results: Sequence[Result], replay: str) -> str:

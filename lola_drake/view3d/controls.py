@@ -9,6 +9,7 @@ from lola_drake.run import Gain, Run
 
 RATE = "rate (0: max)"
 PAUSE, STOP, STAND = "pause, go on [P]", "stop [Esc]", "stand still [X]"
+REPLAY, KEEP = "replay the last 20 s [R]", "keep the last 20 s [O]"
 IMPULSE = "push (Ns)"
 PUSHES = {
     "push forward [I]": ("KeyI", (1.0, 0.0)),
@@ -27,6 +28,7 @@ class Steering:
 
     Attributes:
         label: Of the slider, with keys and unit.
+        doc: What it does.
         limit: Greatest value.
         step: Of the slider and of one key press.
         less, more: Key codes.
@@ -34,6 +36,7 @@ class Steering:
     """
 
     label: str
+    doc: str
     limit: float
     step: float
     less: str
@@ -41,29 +44,40 @@ class Steering:
     axis: int
 
 
+_AHEAD, _ASIDE, _ROUND = (
+    ("v_x ↓↑ (m/s)", "back and forward; left stick"),
+    ("v_y DA (m/s)", "right and left; left stick"),
+    ("turn →← (rad/s)", "right and left; right stick"),
+)
 STEERING = (
-    Steering("v_x ↓↑ (m/s)", 0.5, 0.05, "ArrowDown", "ArrowUp", 1),
-    Steering("v_y DA (m/s)", 0.12, 0.02, "KeyD", "KeyA", 0),
-    Steering("turn →← (rad/s)", 0.3, 0.05, "ArrowRight", "ArrowLeft", 2),
+    Steering(*_AHEAD, 0.5, 0.05, "ArrowDown", "ArrowUp", 1),
+    Steering(*_ASIDE, 0.12, 0.02, "KeyD", "KeyA", 0),
+    Steering(*_ROUND, 0.3, 0.05, "ArrowRight", "ArrowLeft", 2),
 )
 
 
 class Controls:
     """Sliders and buttons, and what was done with them since they were last looked at."""
 
-    def __init__(self, meshcat: Meshcat, *, steering: bool, pushes: bool = True):
+    def __init__(
+        self, meshcat: Meshcat, *, steering: bool, pushes: bool = True, keeping: bool = False
+    ):
         """Show the controls; a panel that was there before is replaced.
 
         Args:
             meshcat: Where.
             steering: Whether the robot follows the panel's walk command.
             pushes: Whether the robot can be pushed.
+            keeping: Whether what just happened can be kept.
         """
         meshcat.DeleteAddedControls()
         self._meshcat, self._steering = meshcat, steering
         self._clicks: dict[str, int] = {}
         self._add_button(PAUSE, "KeyP")
         self._add_button(STOP, "Escape")
+        self._add_button(REPLAY, "KeyR")
+        if keeping:
+            self._add_button(KEEP, "KeyO")
         self._values: dict[str, tuple[float, float, float]] = {}
         self._add_slider(RATE, 0.0, 2.0, 0.05, 1.0)
         if steering:
@@ -101,6 +115,17 @@ class Controls:
             slider = (_label(gain), *gain.field.metadata["slider"], run.gain(gain))
             # The slider rounds: only what a user moves away from here counts.
             self._gains[_label(gain)] = self._add_slider(*slider)
+
+    def told(self, run: Run) -> dict[str, list[tuple[str, str]]]:
+        """Return what buttons, keys and sliders there are, for a page to tell."""
+        buttons = [_split(name) for name in self._clicks]
+        if self._steering:
+            buttons = [*((part.label, part.doc) for part in STEERING), *buttons]
+        sliders = [(RATE, "simulated over real time")]
+        if IMPULSE in self._values:
+            sliders.append((IMPULSE, "of a push, in 0.12 s at the torso"))
+        gains = [(_label(g), f"{g.block}.{g.name}: {g.field.metadata['doc']}") for g in run.gains()]
+        return {"keys": buttons, "sliders": sliders, "gains": gains}
 
     def apply_gains(self, run: Run) -> bool:
         """Give the run the gains whose sliders have been moved; return whether any has."""
@@ -145,6 +170,12 @@ def _label(gain: Gain) -> str:
     symbol = gain.field.metadata["symbol"] or gain.name.replace("_", " ")
     unit = gain.field.metadata["unit"]
     return f"{symbol} ({unit})" if unit else symbol
+
+
+def _split(name: str) -> tuple[str, str]:
+    """Return the key of a button and what it does, from its name."""
+    what, _, key = name.rstrip("]").partition(" [")
+    return key, what
 
 
 def gamepad_command(axes: list[float]) -> np.ndarray:

@@ -5,6 +5,7 @@ The view attends to a simulation from outside: the diagram that runs is the same
 
 import dataclasses
 import time
+from collections.abc import Callable, Iterator
 
 import numpy as np
 from pydrake.geometry import Meshcat
@@ -14,23 +15,30 @@ from pydrake.multibody.plant import ExternallyAppliedSpatialForce
 from lola_drake.blocks.walking_pattern import unpack_request
 from lola_drake.errors import OutputError
 from lola_drake.figures.footprints import to_world
-from lola_drake.plant import plant_truth
+from lola_drake.pad_forces import pad_forces
+from lola_drake.plant import pad_joints, plant_truth
 from lola_drake.results import Result
 from lola_drake.run import Run
 from lola_drake.scenario import DESCRIPTION, Scenario
-from lola_drake.signals import FEET
+from lola_drake.signals import FEET, PERIOD
 from lola_drake.simulation import simulate
 from lola_drake.theory.gait import advance, foothold
-from lola_drake.view3d.controls import PAUSE, STOP, Controls
-from lola_drake.view3d.frames import frames_of
-from lola_drake.view3d.markers import Markers
+from lola_drake.view3d.controls import KEEP, PAUSE, REPLAY, STOP, Controls
+from lola_drake.view3d.frames import Frame, frame_samples, frames_at, frames_of
+from lola_drake.view3d.live_page import LivePage
+from lola_drake.view3d.markers import Markers, PressureMarkers
+from lola_drake.view3d.pace import Clock, Pace
+from lola_drake.view3d.readout import Readout
 from lola_drake.view3d.scene import Puppet, follow, shown_in
 
 CHUNK = 0.03
 """Simulated time between two pictures (s)."""
 
-KEPT = 5000
-"""Samples of the log to keep when nothing is recorded."""
+LOOK_BACK = 20.0
+"""What can be shown again, or kept (s)."""
+
+REPLAYED_PER_SECOND = 25
+"""Pictures of what is shown again."""
 
 LONGEST = 3600.0
 """After which time a walk begins again (s)."""
@@ -47,25 +55,41 @@ class LiveView:
         interfered: Whether the user has done anything that the scenario does not say.
     """
 
-    def __init__(self, scenario: Scenario, meshcat: Meshcat):
+    def __init__(
+        self,
+        scenario: Scenario,
+        meshcat: Meshcat,
+        page: LivePage | None = None,
+        keep: Callable[[Result], str] | None = None,
+    ):
         """Prepare the scene; the panel appears when the simulation begins.
 
         Args:
             scenario: What will be run. Without steps and commands of its own the robot follows
                 the panel.
             meshcat: Where to show it; the simulation waits until somebody looks.
+            page: What to tell how it goes on.
+            keep: Keeps the record of the last seconds when the user asks for it, and returns
+                where.
         """
         self.stopped = self.interfered = False
         self._scenario, self._meshcat = scenario, meshcat
         self._puppet, self._markers = Puppet(scenario, shown_in(meshcat)), Markers(meshcat)
+        self._pressure = PressureMarkers(meshcat)
         self._controls: Controls | None = None
         self._paused = False
-        self._clock = _Clock()
+        self._clock = Clock()
         self._push_end = 0.0
         self._planned: bytes | None = None
+        self._page, self._keep = page, keep
+        self._readout: Readout | None = None
+        self._replayed: Iterator[None] = iter(())
+        self._kept = ""
+        self._pace = Pace()
 
     def __call__(self, run: Run) -> float | None:
         """Attend to a simulation, see `simulate`."""
+        self._pace.computed(run.time)
         if self._controls is None:
             self._open(run)
         if self._controls.clicked(STOP):
@@ -74,14 +98,52 @@ class LiveView:
             self._paused = not self._paused
         if self.stopped:
             return None
-        if self._paused or not self._meshcat.GetNumActiveConnections():
+        if self._controls.clicked(REPLAY):
+            self._replayed = self._replay(run)
+        if self._keep and self._controls.clicked(KEEP):
+            self._kept = self._keep(run.recent(LOOK_BACK))
+        if self._waits(run):
             self._clock.stop()
-            time.sleep(0.02)
             return 0.0
         self._act(run)
         self._draw(run)
+        self._tell(run, "runs")
         self._clock.wait(run.time, self._controls.rate)
+        self._pace.begin(run.time)
         return CHUNK
+
+    def _waits(self, run: Run) -> bool:
+        """Wait a moment if there is a reason; return whether there was."""
+        if not self._meshcat.GetNumActiveConnections():
+            time.sleep(0.02)
+            return True
+        if next(self._replayed, self) is not self:
+            return True
+        if self._paused:
+            self._tell(run, "paused")
+            time.sleep(0.02)
+        return self._paused
+
+    def _replay(self, run: Run) -> Iterator[None]:
+        """Show what was in the last seconds, a picture at a time."""
+        past = run.recent(LOOK_BACK)
+        samples = frame_samples(past.times, REPLAYED_PER_SECOND)
+        feet = np.stack([past.signals[f"foot_pose_{foot}"][samples] for foot in FEET], axis=1)
+        joints, forces = past.signals["joint_position"][samples], pad_forces(past, samples)
+        for k, frame in enumerate(frames_at(past, samples)):
+            began, now = time.perf_counter(), past.times[samples[k]]
+            self._show(frame, joints[k], feet[k], forces[k], now)
+            self._tell(run, f"replays {now - past.duration:.1f} s", frame)
+            yield
+            time.sleep(max(1 / REPLAYED_PER_SECOND - (time.perf_counter() - began), 0.0))
+
+    def _tell(self, run: Run, state: str, frame: Frame | None = None) -> None:
+        """Tell the page how it goes on."""
+        if self._readout is not None:
+            shown = frame or self._frame
+            self._readout.tell(
+                run, shown, f"{state}; {self._kept}".strip("; "), self._pace.possible
+            )
 
     def signed(self, result: Result) -> Result:
         """Return the record of the run; what cannot be repeated says so."""
@@ -103,8 +165,15 @@ class LiveView:
         self._steered = not walk.steps and not walk.command
         force = run.plant.get_applied_spatial_force_input_port()
         pushes = not force.HasValue(run.plant.GetMyContextFromRoot(run.context))
-        self._controls = Controls(self._meshcat, steering=self._steered, pushes=pushes)
+        self._controls = Controls(
+            self._meshcat,
+            steering=self._steered,
+            pushes=pushes,
+            keeping=self._keep is not None,
+        )
         self._controls.show_gains(run)
+        if self._page is not None:
+            self._readout = Readout(self._page, run, self._controls)
         self._draw(run)
 
     def _act(self, run: Run) -> None:
@@ -123,16 +192,22 @@ class LiveView:
 
     def _draw(self, run: Run) -> None:
         signals = signals_now(run)
-        (frame,) = frames_of(signals, self._scenario.ground)
-        now = run.time
-        self._puppet.pose(frame.torso, signals["joint_position"][0], now)
-        self._markers.show(frame)
-        follow(self._meshcat, frame.torso)
-        self._meshcat.SetSimulationTime(now)
+        (self._frame,) = frames_of(signals, self._scenario.ground)
+        feet = np.stack([signals[f"foot_pose_{foot}"][0] for foot in FEET])
+        self._show(self._frame, signals["joint_position"][0], feet, pad_forces_now(run), run.time)
+        self._meshcat.SetSimulationTime(run.time)
         request = run.state("walking_pattern", "request")
         if request.tobytes() != self._planned:
             self._planned = request.tobytes()
             self._markers.set_footsteps(next_footsteps(self._scenario, request))
+
+    def _show(
+        self, frame: Frame, joints: np.ndarray, feet: np.ndarray, forces: np.ndarray, now: float
+    ) -> None:
+        self._puppet.pose(frame.torso, joints, now)
+        self._markers.show(frame)
+        self._pressure.show(feet, forces)
+        follow(self._meshcat, frame.torso)
 
 
 def walk_live(scenario: Scenario, view: LiveView) -> None:
@@ -142,7 +217,7 @@ def walk_live(scenario: Scenario, view: LiveView) -> None:
     def attend(run: Run) -> float | None:
         step = view(run)
         if step:
-            run.forget(KEPT)
+            run.forget(round(LOOK_BACK / PERIOD))
         return step
 
     again = True
@@ -152,31 +227,6 @@ def walk_live(scenario: Scenario, view: LiveView) -> None:
         if result.error is not None:
             raise OutputError(f"the walk {result.end}")
         again = result.completed or result.fall_time is not None
-
-
-class _Clock:
-    """Keeps simulated time from running ahead of real time."""
-
-    def __init__(self):
-        self._start: tuple[float, float] | None = None
-        self._rate = 0.0
-
-    def stop(self) -> None:
-        """Let the time that passes now not count."""
-        self._start = None
-
-    def wait(self, now: float, rate: float) -> None:
-        """Sleep until the simulated time is due."""
-        if self._start is None or rate != self._rate:
-            self._start, self._rate = (now, time.perf_counter()), rate
-        if rate > 0.0:
-            began, real = self._start
-            ahead = (now - began) / rate - (time.perf_counter() - real)
-            if ahead > 0.0:
-                time.sleep(ahead)
-            elif ahead < -0.2:
-                # Too slow for the rate: lost time is not made up for later.
-                self._start = (now, time.perf_counter())
 
 
 def push(run: Run, impulse: np.ndarray) -> None:
@@ -205,6 +255,15 @@ def signals_now(run: Run) -> dict[str, np.ndarray]:
     return plant_truth(run.plant, run.plant_state[None]) | {
         name: run.signal(name)[None] for name in names
     }
+
+
+def pad_forces_now(run: Run) -> np.ndarray:
+    """Return the force that every pad bears, across it (N), left foot first, shape (8,)."""
+    plant = run.plant
+    reactions = plant.get_reaction_forces_output_port().Eval(
+        plant.GetMyContextFromRoot(run.context)
+    )
+    return np.array([-reactions[joint].translational()[2] for joint in pad_joints(plant)])
 
 
 def next_footsteps(scenario: Scenario, state: np.ndarray) -> dict[str, list[np.ndarray]]:

@@ -30,6 +30,16 @@ FULL_FORCE = 300.0
 LEAST_FORCE = 20.0
 """A ground force (N) below which no arrow is drawn."""
 
+LEGEND = (
+    (FOOT_COLOURS["l"], "ground force, left foot"),
+    (FOOT_COLOURS["r"], "right foot"),
+    (THIRD, "CoM"),
+    (SECOND, "ZMP"),
+    (PRESSURE, "pressure of the pads"),
+    (FIRST, "inclination of the torso, × 10"),
+)
+"""What the colours mean."""
+
 
 class Markers:
     """The markers in one Meshcat scene."""

@@ -61,7 +61,7 @@ def open_meshcat(*, host: str = "localhost", live: bool = False) -> Meshcat:
     Nobody outside this machine can reach it unless `host` says so.
     """
     # A page needs no well-known port: 0 lets the system choose a free one.
-    params = MeshcatParams(host=address(host), port=None if live else 0, show_stats_plot=live)
+    params = MeshcatParams(host=address(host), port=None if live else 0, show_stats_plot=False)
     try:
         meshcat = Meshcat(params)
     except RuntimeError:

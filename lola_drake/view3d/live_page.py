@@ -1,0 +1,133 @@
+"""The page around a running simulation: Meshcat's scene, and what is told beside it as it runs."""
+
+import json
+import threading
+from collections.abc import Iterator
+from html import escape
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from importlib.resources import files
+
+from lola_drake.errors import OutputError, shown
+
+QUIET = 5.0
+"""After this (s) without news a page is asked whether it is still there."""
+
+EVERYWHERE = "*"
+"""The host that means every address of this machine."""
+
+
+class LivePage:
+    """Serves one page, and tells all who look at it what is new.
+
+    It only tells: what a user does goes through Meshcat's own controls.
+
+    Attributes:
+        url: where the page is.
+    """
+
+    def __init__(self, host: str, title: str, scene_port: int, diagram: str = ""):
+        """Begin to serve.
+
+        Args:
+            host: an address of this machine, the one at which Meshcat is.
+            title: of the page.
+            scene_port: at which Meshcat is.
+            diagram: SVG in which ports say their signals.
+
+        Raises:
+            OutputError: if the address cannot be used.
+        """
+        parts = {"TITLE": escape(title), "PORT": str(scene_port), "DIAGRAM": diagram}
+        parts |= {"STYLE": _asset("live.css"), "SCRIPT": _asset("live.js")}
+        page = _asset("live.html")
+        for name, text in parts.items():
+            page = page.replace(f"<!--{name}-->", text)
+        self._page, self._news = page.encode(), threading.Condition()
+        self._told: dict[str, tuple[int, str]] = {}
+        self._count = self._watching = 0
+        try:
+            handler = type("Handler", (_Handler,), {"page": self})
+            self._server = ThreadingHTTPServer(("" if host == EVERYWHERE else host, 0), handler)
+        except OSError:
+            raise OutputError(f"no page can be shown at {shown(host)}") from None
+        self._server.daemon_threads = True
+        threading.Thread(target=self._server.serve_forever, daemon=True).start()
+        named = "localhost" if host == EVERYWHERE else host
+        self.url = f"http://{named}:{self._server.server_port}/"
+
+    @property
+    def content(self) -> bytes:
+        """Return the page."""
+        return self._page
+
+    @property
+    def watched(self) -> bool:
+        """Return whether somebody looks."""
+        return self._watching > 0
+
+    def tell(self, kind: str, content: dict) -> None:
+        """Tell something to all who look, and the last of its kind to those who come later."""
+        text = json.dumps(content, allow_nan=False)
+        with self._news:
+            self._count += 1
+            self._told[kind] = self._count, text
+            self._news.notify_all()
+
+    def news(self) -> Iterator[str]:
+        """Yield what is told, as the events of a stream; an empty one where there is nothing."""
+        known = 0
+        self._watching += 1
+        try:
+            while True:
+                with self._news:
+                    # Bound now: the loop below runs without the lock.
+                    self._news.wait_for(lambda last=known: self._count > last, QUIET)
+                    new = [(n, k, text) for k, (n, text) in self._told.items() if n > known]
+                    known = self._count
+                yield (
+                    "".join(f"event: {k}\ndata: {text}\n\n" for _, k, text in sorted(new))
+                    or ":\n\n"
+                )
+        finally:
+            self._watching -= 1
+
+    def close(self) -> None:
+        """End the service."""
+        self._server.shutdown()
+        self._server.server_close()
+
+
+class _Handler(BaseHTTPRequestHandler):
+    page: LivePage
+
+    def do_GET(self) -> None:  # noqa: N802 (the library's name)
+        """Answer what a browser asks for."""
+        if self.path == "/":
+            self._head("text/html; charset=utf-8")
+            self.wfile.write(self.page.content)
+        elif self.path == "/events":
+            self._head("text/event-stream")
+            news = self.page.news()
+            try:
+                for text in news:
+                    self.wfile.write(text.encode())
+                    self.wfile.flush()
+            except OSError:
+                pass  # The browser has left.
+            finally:
+                news.close()
+        else:
+            self.send_error(404)
+
+    def _head(self, kind: str) -> None:
+        self.send_response(200)
+        self.send_header("Content-Type", kind)
+        self.send_header("Cache-Control", "no-store")
+        self.end_headers()
+
+    def log_message(self, *_) -> None:
+        """Write nothing on the terminal."""
+
+
+def _asset(name: str) -> str:
+    return files("lola_drake.view3d").joinpath("page", name).read_text(encoding="utf-8")
