@@ -10,6 +10,9 @@ SIGNALS = (signal.SIGINT, signal.SIGTERM)
 ASKED = threading.Event()
 """Set where the end was asked for before there was anything to end."""
 
+HEARD = threading.Event()
+"""Set by every request to end something; cleared by who wants to know of the next one."""
+
 
 @contextmanager
 def interruption() -> Iterator[threading.Event]:
@@ -20,8 +23,13 @@ def interruption() -> Iterator[threading.Event]:
         return
     if ASKED.is_set():
         event.set()
+
+    def ask(*_) -> None:
+        event.set()
+        HEARD.set()
+
     before = {
-        number: signal.signal(number, lambda *_: event.set())
+        number: signal.signal(number, ask)
         for number in SIGNALS
         if signal.getsignal(number) != signal.SIG_IGN
     }

@@ -11,7 +11,7 @@ from typing import Annotated
 import typer
 from typer.core import TyperGroup
 
-from lola_drake.cli import benchmarks, keys, linear, pictures, simulate, studies
+from lola_drake.cli import benchmarks, keys, linear, pictures, simulate, studies, study
 from lola_drake.cli.common import fail
 from lola_drake.cli.terminal import any_terminal
 
@@ -44,6 +44,7 @@ app = typer.Typer(
 )
 for theme in (simulate, keys, pictures, studies, benchmarks, linear):
     app.add_typer(theme.app)
+app.add_typer(study.app, name="study")
 
 
 def _version(asked: bool) -> None:

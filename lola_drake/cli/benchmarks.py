@@ -29,10 +29,9 @@ def bench(
     as_json: Json = False,
 ) -> None:
     """Measure how long a tick takes: closed loop, bare plant and every block, in turns."""
-    from lola_drake.atomic_file import check_file
+    from lola_drake.atomic_file import check_file, write_json
     from lola_drake.benchmarks.bench import bench as measure
     from lola_drake.benchmarks.bench_tables import bench_table, mujoco_tables, scaling_table
-    from lola_drake.studies.study import write_json
 
     more = {}
     with errors_in_one_line():

@@ -1,17 +1,13 @@
-"""The commands of `lola` that run many simulations: compare, reproduce, tune."""
+"""The commands of `lola` that run many simulations: compare, reproduce, survival, tune."""
 
 import json
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 from rich.console import Console
 
 from lola_drake.cli.common import (
-    COUNT,
-    INTERRUPTED,
     Blocks,
     Changes,
     Json,
@@ -22,17 +18,11 @@ from lola_drake.cli.common import (
     drawn,
     errors_in_one_line,
     exit_for,
-    progress_bar,
 )
+from lola_drake.cli.studying import Folder, Jobs, conclude, studying
 from lola_drake.cli.terminal import show
 
-if TYPE_CHECKING:
-    from lola_drake.studies.study import Study
-
 app = typer.Typer()
-
-Jobs = Annotated[int, typer.Option(min=1, help="Simulations that run at a time.")]
-Folder = Annotated[Path | None, typer.Option("--output", "-o", help="Folder of what is written.")]
 
 
 @app.command()
@@ -108,27 +98,22 @@ def reproduce(
 
     A study that was stopped goes on where it was when it is started again.
     """
-    from lola_drake.figures.run_figures import save_figure
     from lola_drake.studies.reproduction import EXPERIMENTS, reproduction, run_experiments
     from lola_drake.studies.reproduction_figure import reproduction_figure
-    from lola_drake.studies.study import Study, write_json
     from lola_drake.studies.tables import reproduction_table
 
     folder = output or Path("runs") / "reproduction"
     total = 2 * len(EXPERIMENTS) * max(samples, 1)
-    with errors_in_one_line():
-        study = Study(folder / "runs.jsonl")
-        with _keeping(study), progress_bar("reproduction", total, COUNT) as advance:
-            outcomes = run_experiments(study, samples, jobs, advance, plant=plant or "drake")
-        with drawn(folder):
-            content = reproduction(outcomes)
-            write_json(content, folder / "reproduction.json")
-            save_figure(reproduction_figure(outcomes), folder, "reproduction")
-    if as_json:
-        print(json.dumps(content, indent=2))
-        return
-    show(reproduction_table(content))
-    print(f"written to {folder}")
+    with studying(folder, jobs, "reproduction", total) as (study, advance):
+        outcomes = run_experiments(study, samples, advance, plant=plant or "drake")
+    conclude(
+        folder,
+        "reproduction",
+        lambda: reproduction(outcomes),
+        reproduction_table,
+        lambda _: reproduction_figure(outcomes),
+        as_json=as_json,
+    )
 
 
 @app.command()
@@ -142,27 +127,16 @@ def survival(
 
     A study that was stopped goes on where it was when it is started again.
     """
-    from lola_drake.figures.run_figures import save_figure
-    from lola_drake.studies.study import Study, write_json
     from lola_drake.studies.survival import HEIGHTS, OBSTACLES, VARIANTS
-    from lola_drake.studies.survival import survival as study_survival
+    from lola_drake.studies.survival import survival as found
     from lola_drake.studies.survival_figure import survival_figure
     from lola_drake.studies.tables import survival_table
 
     folder = output or Path("runs") / "survival"
     total = len(HEIGHTS) * len(OBSTACLES) * len(VARIANTS) * samples
-    with errors_in_one_line():
-        study = Study(folder / "runs.jsonl")
-        with _keeping(study), progress_bar("survival", total, COUNT) as advance:
-            content = study_survival(study, samples, jobs, advance)
-        with drawn(folder):
-            write_json(content, folder / "survival.json")
-            save_figure(survival_figure(content), folder, "survival")
-    if as_json:
-        print(json.dumps(content, indent=2))
-        return
-    show(survival_table(content))
-    print(f"written to {folder}")
+    with studying(folder, jobs, "survival", total) as (study, advance):
+        content = found(study, samples, advance)
+    conclude(folder, "survival", lambda: content, survival_table, survival_figure, as_json=as_json)
 
 
 @app.command()
@@ -177,31 +151,11 @@ def tune(
 
     A search that was stopped goes on where it was when it is started again.
     """
-    from lola_drake.studies.study import Study, write_json
     from lola_drake.studies.tables import tuning_table
     from lola_drake.studies.tuning import record
     from lola_drake.studies.tuning import tune as search
 
     folder = output or Path("runs") / "tuning"
-    with errors_in_one_line():
-        study = Study(folder / "runs.jsonl")
-        with _keeping(study), progress_bar("trials", budget, COUNT) as advance:
-            trials = search(study, samples, budget, jobs, lambda trials: advance(len(trials)))
-        with drawn(folder):
-            content = record(trials, samples)
-            write_json(content, folder / "tuning.json")
-    if as_json:
-        print(json.dumps(content, indent=2))
-        return
-    show(tuning_table(content))
-    print(f"written to {folder}")
-
-
-@contextmanager
-def _keeping(study: "Study") -> Iterator[None]:
-    """Say after Ctrl-C that nothing is lost."""
-    try:
-        yield
-    except KeyboardInterrupt:
-        typer.echo(f"lola: stopped; what is done is kept in {study.file}, start again", err=True)
-        raise typer.Exit(INTERRUPTED) from None
+    with studying(folder, jobs, "trials", budget) as (study, advance):
+        trials = search(study, samples, budget, lambda trials: advance(len(trials)))
+    conclude(folder, "tuning", lambda: record(trials, samples), tuning_table, as_json=as_json)

@@ -9,12 +9,13 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
-from scipy.stats import bootstrap, wilcoxon
 
 from lola_drake.results import software_versions
 from lola_drake.scenario import Scenario, load_scenario, override
+from lola_drake.studies.row import survived
 from lola_drake.studies.sampled_worlds import sample_world
-from lola_drake.studies.study import Study
+from lola_drake.studies.statistics import interval, median, paired_p, quartiles
+from lola_drake.studies.study import Progress, Study
 from lola_drake.studies.variants import COMPARED, Summary, change_percent
 
 
@@ -89,9 +90,16 @@ class Outcome:
 
     def falls(self) -> dict[str, int]:
         """Return in how many worlds each variant fell."""
+        return self._counted("fell")
+
+    def failures(self) -> dict[str, int]:
+        """Return in how many worlds the run of each variant ended in an error."""
+        return self._counted("error")
+
+    def _counted(self, event: str) -> dict[str, int]:
         columns = zip(*self.pairs, strict=True)
         return {
-            variant: sum(bool(summary["fell"]) for summary in column)
+            variant: sum(bool(summary[event]) for summary in column)
             for variant, column in zip(self.experiment.variants, columns, strict=True)
         }
 
@@ -102,12 +110,11 @@ class Outcome:
         return np.array([value for value in values if value is not None], dtype=float)
 
     def _summarized(self, summarize: Callable[[np.ndarray], object]) -> dict[str, object]:
-        first, _ = self.pairs[0]
         return {
-            metric: {axis: summarize(self.changes(metric, axis)) for axis in first[metric]}
-            if isinstance(first[metric], Mapping)
+            metric: {axis: summarize(self.changes(metric, axis)) for axis in axes}
+            if axes
             else summarize(self.changes(metric))
-            for metric in COMPARED
+            for metric, axes in COMPARED.items()
         }
 
     def report(self) -> dict[str, object]:
@@ -117,9 +124,8 @@ class Outcome:
             "variants": list(self.experiment.variants),
             "worlds": len(self.pairs),
             "falls": self.falls(),
-            "pairs_that_stay_up": sum(
-                not (first["fell"] or second["fell"]) for first, second in self.pairs
-            ),
+            "failures": self.failures(),
+            "pairs_that_stay_up": sum(all(map(survived, pair)) for pair in self.pairs),
             "median_change_percent": self._summarized(median),
             "quartiles": self._summarized(quartiles),
             "interval_95": self._summarized(interval),
@@ -128,43 +134,18 @@ class Outcome:
         }
 
 
-def median(values: np.ndarray) -> float | None:
-    """Return the median; None of nothing."""
-    return float(np.median(values)) if len(values) else None
-
-
-def interval(values: np.ndarray) -> list[float] | None:
-    """Return the 95 % bootstrap interval of the median; None of fewer than two values."""
-    if len(values) < 2:
-        return None
-    found = bootstrap((values,), np.median, method="percentile", rng=np.random.default_rng(0))
-    return [float(bound) for bound in found.confidence_interval]
-
-
-def paired_p(values: np.ndarray) -> float | None:
-    """Return how likely changes so far from none are by chance (Wilcoxon); None of too few."""
-    return float(wilcoxon(values).pvalue) if len(values) > 5 and values.any() else None
-
-
-def quartiles(values: np.ndarray) -> list[float] | None:
-    """Return the first and the third quartile; None of nothing."""
-    return np.percentile(values, [25, 75]).tolist() if len(values) else None
-
-
 def run_experiments(
     study: Study,
     samples: int = 0,
-    jobs: int = 2,
-    progress: Callable[[int], None] | None = None,
+    progress: Progress | None = None,
     experiments: Sequence[Experiment] = EXPERIMENTS,
     plant: str = "drake",
 ) -> list[Outcome]:
     """Return the outcome of every experiment; the study's file keeps what is done.
 
     Args:
-        study: where the runs are kept.
+        study: what keeps and makes the runs.
         samples: number of sampled worlds, of the seeds from 0 on; 0 for the scenarios themselves.
-        jobs: how many processes run at a time.
         progress: called with the number of runs that are done.
         experiments: what to do.
         plant: the engine of the robot and its ground.
@@ -173,7 +154,7 @@ def run_experiments(
     # World by world, so that a study that is stopped has all experiments in the first ones.
     wanted = [(e, world) for world in worlds for e in experiments]
     scenarios = [scenario for e, world in wanted for scenario in e.scenarios(world, plant)]
-    summaries = study.run(scenarios, jobs, progress)
+    summaries = study.run(scenarios, progress)
     pairs = list(zip(summaries[::2], summaries[1::2], strict=True))
     return [
         Outcome(e, [pair for pair, (of, _) in zip(pairs, wanted, strict=True) if of is e])

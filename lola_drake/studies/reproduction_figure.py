@@ -8,7 +8,9 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from lola_drake.figures.style import FAINT, INK, LEFT, RIGHT, look
-from lola_drake.studies.reproduction import Outcome, median, quartiles
+from lola_drake.studies.reproduction import Outcome
+from lola_drake.studies.row import survived
+from lola_drake.studies.statistics import median, quartiles
 
 WIDTH, ROW = 7.0, 1.75
 """Inches: the width of both columns of a paper, and the height of an experiment."""
@@ -60,8 +62,10 @@ def _draw_pairs(ax: Axes, outcome: Outcome) -> None:
 
 
 def _inclination(summary: dict) -> float:
-    """Return the largest inclination about both axes together; NaN for a fall."""
-    return np.nan if summary["fell"] else float(np.hypot(*summary["max_inclination_deg"].values()))
+    """Return the largest inclination about both axes together; NaN for a fall or an error."""
+    if not survived(summary):
+        return np.nan
+    return float(np.hypot(*summary["max_inclination_deg"].values()))
 
 
 def _draw_changes(ax: Axes, outcome: Outcome) -> None:

@@ -1,130 +1,118 @@
-"""Many runs: in parallel, each kept on disk as soon as it is done, and none done twice."""
+"""Many runs: by several workers, each kept as soon as it is done, and none done twice.
 
-import hashlib
-import json
-import os
-from collections.abc import Callable, Sequence
-from functools import cache
+A study is a file and who works for it. What is to be run is a list of scenarios; what comes back is
+a summary for each, in the same order:
+
+    from lola_drake.scenario import load_scenario, override
+    from lola_drake.studies.row import survived
+    from lola_drake.studies.sampled_worlds import sample_world
+    from lola_drake.studies.study import Study
+    from lola_drake.studies.workers import Processes
+
+    worlds = [sample_world(load_scenario("step_down"), seed) for seed in range(100)]
+    study = Study("runs/edges/runs.sqlite", Processes(2))
+    summaries = study.run([override(world, {"variant": "ref"}) for world in worlds], print)
+    print(sum(map(survived, summaries)), "of", len(worlds))
+
+* A run is known by its whole scenario, by the files of the laws that this names, and by the
+  software (`run_key`). So a file can be continued after any change, hold many studies, and never
+  mixes what does not belong together. Scenarios that are equal are run once.
+* A summary is the content of summary.json. A run that failed has an `error` in it, and perhaps no
+  metrics; it stops nothing. `survived` counts falls and errors alike.
+* A scenario that cannot be run (a `LolaError`) ends the study at once: it is for its user to mend.
+* Ctrl-C is a KeyboardInterrupt here; what is done by then is kept. After SIGKILL it is, too.
+* Workers are `Processes(jobs)`, `inline`, or a `Cluster`, see `workers`.
+* `study.store` reads what is kept: `rows`, `row`, `execute` with SQL of one's own.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
-from lola_drake.atomic_file import write_json as write_json
-from lola_drake.paths import models_dir
-from lola_drake.results import ResultError, software_versions
-from lola_drake.scenario import Scenario, differences, dump_scenario
-from lola_drake.studies.workers import WorkerLost, each_done
+from lola_drake.errors import LolaError
+from lola_drake.scenario import Scenario
+from lola_drake.studies.old_lines import take_over
+from lola_drake.studies.row import Summary, row_of, without_record
+from lola_drake.studies.run_key import run_key
+from lola_drake.studies.store import Store
+from lola_drake.studies.workers import Processes, WorkerLost, Workers
 
-Summary = dict[str, object]
+FILE = "runs.sqlite"
+"""How the file of a study is called in its folder."""
 
-ABOVE_THE_SIMULATION = (
-    "benchmarks",
-    "cli",
-    "diagram",
-    "figures",
-    "linear",
-    "reports",
-    "studies",
-    "view3d",
-)
-"""Folders of the package that no run's numbers depend on."""
+Progress = Callable[[int], None]
 
 
 class Study:
-    """The summaries of runs, in a file with one line for each.
+    """Runs in a file, and who makes those that it lacks.
 
-    A run is known by its whole scenario and by the software that it depends on, so that a file can
-    be continued after any change and never mixes what does not belong together.
+    Attributes:
+        store: the file.
+        workers: who runs.
+        failures: how many of the runs that were asked for until now ended in an error.
     """
 
-    def __init__(self, file: str | Path):
-        """Open a file, which need not exist; ResultError if it cannot be used."""
-        self.file = Path(file)
-        try:
-            self.file.parent.mkdir(parents=True, exist_ok=True)
-            text = self.file.read_text(encoding="utf-8") if self.file.exists() else ""
-            whole = text[: text.rfind("\n") + 1]
-            if whole != text or not text:
-                # A study that was killed while it wrote leaves a part of a line.
-                self.file.write_text(whole, encoding="utf-8")
-            records = [json.loads(line) for line in whole.splitlines()]
-            self._known = {record["key"]: record["summary"] for record in records}
-        except OSError as error:
-            raise ResultError(f"{self.file}: cannot be used, {error.strerror}") from None
-        except (ValueError, KeyError, TypeError):
-            raise ResultError(f"{self.file}: holds something that is not a study") from None
+    def __init__(self, file: str | Path, workers: Workers | None = None):
+        """Open a file, which need not exist; ResultError if it cannot be used.
 
-    def run(
-        self,
-        scenarios: Sequence[Scenario],
-        jobs: int = 2,
-        progress: Callable[[int], None] | None = None,
-    ) -> list[Summary]:
+        Without any workers there are two processes. The lines of an old study beside a new file,
+        such as runs.jsonl, are taken over into it.
+        """
+        self.workers, self.failures = workers or Processes(), 0
+        old = Path(file).with_suffix(".jsonl")
+        rows = take_over(old) if old.is_file() and not Path(file).exists() else []
+        self.store = Store(file)
+        if rows:
+            self.store.keep(*rows)
+
+    def run(self, scenarios: Sequence[Scenario], progress: Progress | None = None) -> list[Summary]:
         """Return the summary of every scenario; runs only those that the file lacks.
 
         Args:
             scenarios: what to run.
-            jobs: how many processes run at a time.
             progress: called with the number of summaries that are there.
 
         Raises:
             KeyboardInterrupt: If a run was interrupted; what is done by then is kept.
-            ResultError: If the process of a run was killed; all others are done and kept.
         """
         keys = [run_key(scenario) for scenario in scenarios]
-        missing = {k: s for k, s in zip(keys, scenarios, strict=True) if k not in self._known}
-        report = progress or (lambda done: None)
-        done = len(set(keys)) - len(missing)
-        report(done)
-        lost = 0
-        for i, summary in each_done(_summary, list(missing.values()), jobs):
-            if isinstance(summary, WorkerLost):
-                lost += 1
-                continue
-            key = list(missing)[i]
-            self._keep(key, missing[key], summary)
-            done += 1
-            report(done)
-        if lost:
-            kept = f"{len(self._known)} are kept in {self.file}, start again"
-            raise ResultError(f"{lost} runs were lost, their processes were killed; {kept}")
-        return [self._known[key] for key in keys]
+        wanted = dict(zip(keys, scenarios, strict=True))
+        known = self.store.known(wanted)
+        self.store.order(len(wanted), len(known))
+        missing = {key: scenario for key, scenario in wanted.items() if key not in known}
+        self._run(missing, lambda done: progress and progress(len(known) + done))
+        summaries = self.store.summaries(wanted)
+        self.failures += sum(bool(summary["error"]) for summary in summaries.values())
+        return [summaries[key] for key in keys]
 
-    def _keep(self, key: str, scenario: Scenario, summary: Summary) -> None:
-        if summary["error"]:
-            raise ResultError(f"{scenario.name}, seed {scenario.seed}: {summary['error']}")
-        if not (summary["completed"] or summary["fell"]):
+    def _run(self, missing: Mapping[str, Scenario], progress: Progress) -> None:
+        progress(0)
+        keys, scenarios = list(missing), list(missing.values())
+        kept, stopped = 0, False
+        for done in self.workers(_summary, scenarios) if missing else ():
+            scenario, lost = scenarios[done.index], isinstance(done.answer, WorkerLost)
+            summary = without_record(scenario, str(done.answer)) if lost else done.answer
+            if _interrupted(summary):
+                stopped = True
+                continue
+            key = keys[done.index]
+            self.store.keep(row_of(key, scenario, summary, done.worker, done.tries, lost=lost))
+            kept += 1
+            progress(kept)
+        if stopped:
             raise KeyboardInterrupt
-        record = {"key": key, "scenario": differences(scenario), "summary": summary}
-        with self.file.open("a", encoding="utf-8") as file:
-            file.write(json.dumps(record, allow_nan=False) + "\n")
-            file.flush()
-            os.fsync(file.fileno())
-        self._known[key] = summary
+
+
+def _interrupted(summary: Summary) -> bool:
+    return not (summary["completed"] or summary["fell"] or summary["error"])
 
 
 def _summary(scenario: Scenario) -> Summary:
+    """Return the summary of a run; of one that cannot even begin, what is wrong with it."""
     from lola_drake.simulation import simulate
 
-    return simulate(scenario).summary
-
-
-def run_key(scenario: Scenario) -> str:
-    """Return what a run is known by: a digest of its scenario and of the software."""
-    return hashlib.sha256((software_digest() + dump_scenario(scenario)).encode()).hexdigest()
-
-
-@cache
-def software_digest() -> str:
-    """Return a digest of everything but the scenario that a run's numbers depend on.
-
-    It covers the package up to the simulation, the robot, and the versions of what they use.
-    """
-    package, robot = Path(__file__).resolve().parents[1], models_dir() / "lola"
-    sources = [
-        path
-        for path in package.rglob("*.py")
-        if path.relative_to(package).parts[0] not in ABOVE_THE_SIMULATION
-    ]
-    digest = hashlib.sha256(json.dumps(software_versions(), sort_keys=True).encode())
-    for path in sorted([*sources, *robot.glob("*.urdf")]):
-        digest.update(path.read_bytes())
-    return digest.hexdigest()
+    try:
+        return simulate(scenario).summary
+    except LolaError:
+        raise
+    except Exception as error:
+        return without_record(scenario, f"{type(error).__name__}: {' '.join(str(error).split())}")

@@ -4,16 +4,14 @@ A percentage of inclination says little about two controllers of which one is ab
 says from where on each of them does.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-
-from scipy.stats import binomtest
 
 from lola_drake.results import software_versions
 from lola_drake.scenario import Scenario, load_scenario, override
 from lola_drake.studies.sampled_worlds import sample_world
-from lola_drake.studies.study import Study
-from lola_drake.studies.variants import Summary
+from lola_drake.studies.statistics import share
+from lola_drake.studies.study import Progress, Study
 
 HEIGHTS = tuple(round(0.03 + 0.01 * k, 2) for k in range(10))
 """Of the edge or the board (m)."""
@@ -22,8 +20,6 @@ VARIANTS = ("ref", "dyn")
 
 FIRST_SEED = 2000
 """Of the worlds: those of tuning begin at 1000, those of the reproduction at 0."""
-
-CONFIDENCE = 0.95
 
 
 @dataclass(frozen=True)
@@ -54,16 +50,14 @@ OBSTACLES = {
 def survival(
     study: Study,
     samples: int,
-    jobs: int = 2,
-    progress: Callable[[int], None] | None = None,
+    progress: Progress | None = None,
     heights: Sequence[float] = HEIGHTS,
 ) -> dict[str, object]:
     """Return the content of survival.json.
 
     Args:
-        study: where the runs are kept.
+        study: what keeps and makes the runs.
         samples: number of worlds at each height.
-        jobs: how many processes run at a time.
         progress: called with the number of runs that are done.
         heights: of the obstacles (m).
     """
@@ -71,7 +65,7 @@ def survival(
     # Height by height, so that a study that is stopped has whole points.
     wanted = [(name, height) for height in heights for name in OBSTACLES]
     scenarios = [run for name, height in wanted for run in OBSTACLES[name].runs(height, seeds)]
-    summaries = study.run(scenarios, jobs, progress)
+    summaries = study.run(scenarios, progress)
     size = len(VARIANTS) * samples
     points = {point: summaries[i * size : (i + 1) * size] for i, point in enumerate(wanted)}
     return {
@@ -89,10 +83,3 @@ def survival(
         },
         "versions": software_versions(),
     }
-
-
-def share(summaries: Sequence[Summary]) -> Mapping[str, float]:
-    """Return the share of runs without a fall, and its Wilson interval."""
-    up = sum(not summary["fell"] for summary in summaries)
-    interval = binomtest(up, len(summaries)).proportion_ci(CONFIDENCE, method="wilson")
-    return {"share": up / len(summaries), "low": interval.low, "high": interval.high}

@@ -24,8 +24,8 @@ def comparison_table(content: Mapping) -> Table:
         table.add_column(name, justify="right")
     falls = [summary["fall_time_s"] for summary in variants.values()]
     table.add_row("fell", *("no" if time is None else f"at {time:.2f} s" for time in falls), "")
-    for metric in COMPARED:
-        for axis in _axes(change[metric]):
+    for metric, axes in COMPARED.items():
+        for axis in axes or (None,):
             values = (number(_entry(summary[metric], axis)) for summary in variants.values())
             table.add_row(_name(metric, axis), *values, signed(_entry(change[metric], axis)))
     for kind in next(iter(variants.values()))["steps_beyond_limits"]:
@@ -57,8 +57,10 @@ def reproduction_table(content: Mapping) -> Table:
 
 
 def _falls(experiment: Mapping) -> str:
-    worlds = experiment["worlds"]
-    return ", ".join(f"{name} {count} of {worlds}" for name, count in experiment["falls"].items())
+    worlds, failures = experiment["worlds"], experiment["failures"]
+    told = [f"{name} {count} of {worlds}" for name, count in experiment["falls"].items()]
+    told += [f"{name} failed in {count}" for name, count in failures.items() if count]
+    return ", ".join(told)
 
 
 def survival_table(content: Mapping) -> Table:
@@ -98,10 +100,6 @@ def number(value: float | None) -> str:
 def signed(value: float | None, digits: int = 1) -> str:
     """Return a change with its sign; a dash for none."""
     return "-" if value is None else f"{value:+.{digits}f}"
-
-
-def _axes(value: object) -> list[str | None]:
-    return list(value) if isinstance(value, Mapping) else [None]
 
 
 def _entry(value: object, axis: str | None) -> float | None:

@@ -16,6 +16,7 @@ import numpy as np
 from lola_drake import typed_yaml
 from lola_drake.results import software_versions
 from lola_drake.scenario import Scenario, load_scenario
+from lola_drake.studies.row import survived
 from lola_drake.studies.sampled_worlds import sample_world
 from lola_drake.studies.study import Study
 from lola_drake.studies.variants import Summary
@@ -64,7 +65,7 @@ class Score:
     """How good gains are; less is better, and what stands first counts first.
 
     Attributes:
-        falls: number of runs that ended in a fall.
+        falls: number of runs that ended in a fall, or in an error.
         overloaded: number of walks on flat ground in which anything reached its limit.
         inclination_deg: geometric mean over the runs that stay up of the largest inclination, of x
             and y together: a tenth less counts alike wherever it is, on flat ground, too.
@@ -77,7 +78,7 @@ class Score:
 
 def score(summaries: Sequence[Summary]) -> Score:
     """Return the score of some runs."""
-    up = [summary for summary in summaries if not summary["fell"]]
+    up = [summary for summary in summaries if survived(summary)]
     calm = [summary for summary in up if summary["scenario"] == CALM]
     sizes = [
         np.hypot(summary["max_inclination_deg"]["x"], summary["max_inclination_deg"]["y"])
@@ -164,7 +165,6 @@ def tune(
     study: Study,
     samples: int,
     budget: int,
-    jobs: int = 2,
     progress: Callable[[Sequence[Trial]], None] = lambda trials: None,
     gains: Sequence[Gain] = GAINS,
 ) -> list[Trial]:
@@ -174,13 +174,12 @@ def tune(
         study: where the runs are kept, so that a search that was stopped can go on.
         samples: number of worlds.
         budget: number of trials; each needs `samples` runs of every scenario.
-        jobs: how many processes run at a time.
         progress: called with the trials after each of them.
         gains: what to tune.
     """
 
     def evaluate(values: Values) -> Score:
-        return score(study.run(tuning_scenarios(values, samples), jobs))
+        return score(study.run(tuning_scenarios(values, samples)))
 
     defaults = typed_yaml.leaves(typed_yaml.plain(Scenario()))
     start = {gain.key: defaults[gain.key] for gain in gains}

@@ -9,20 +9,21 @@ from lola_drake.figures.run_figures import save_figure
 from lola_drake.figures.variants_figure import variants_figure
 from lola_drake.results import Result
 from lola_drake.scenario import Scenario, ScenarioError, as_scenario, override
-from lola_drake.studies.workers import each_done
+from lola_drake.studies.row import survived
+from lola_drake.studies.workers import Processes, inline
 
 COMPARISON = "compare.json"
 COMPARISON_FILES = frozenset({COMPARISON})
 
-COMPARED = (
-    "max_inclination_deg",
-    "rms_torque_error_Nm",
-    "settling_time_s",
-    "max_com_vertical_acceleration_m_per_s2",
-    "max_foot_force_N",
-    "max_slip_m",
-)
-"""The metrics of which changes are stated; from all of them, less is better."""
+COMPARED = {
+    "max_inclination_deg": ("x", "y"),
+    "rms_torque_error_Nm": ("x", "y"),
+    "settling_time_s": (),
+    "max_com_vertical_acceleration_m_per_s2": (),
+    "max_foot_force_N": (),
+    "max_slip_m": (),
+}
+"""The metrics of which changes are stated, with their axes; from all of them, less is better."""
 
 Summary = Mapping[str, object]
 
@@ -36,19 +37,18 @@ def compare(
 
     Raises:
         ScenarioError: If there are not at least two variants, or there is no such one.
-        ResultError: If the process of a run was killed.
+        ResultError: If the processes of all runs were killed.
     """
     if len(set(variants)) < max(2, len(variants)):
         raise ScenarioError(f"variants {', '.join(variants)}: at least two, all different")
     base = as_scenario(scenario)
     chosen = [override(base, {"variant": variant}) for variant in variants]
+    workers = Processes(jobs) if jobs > 1 else inline
     results: dict[int, Result] = {}
     try:
-        for i, result in each_done(_simulated, chosen, jobs):
-            if isinstance(result, Result):
-                results[i] = result
-                if result.interrupted and jobs == 1:
-                    break
+        for done in workers(_simulated, chosen):
+            if isinstance(done.answer, Result):
+                results[done.index] = done.answer
     except KeyboardInterrupt:
         if not results:
             raise
@@ -78,15 +78,11 @@ def change_percent(first: Summary, second: Summary) -> dict[str, object]:
     """Return by how many percent each compared metric of the second run differs from the first's.
 
     None where there is nothing to compare: one of them has no value, the first is zero, or one of
-    the runs ended in a fall, so that they tell of different times.
+    the runs ended in a fall or an error, so that they tell of different times.
     """
-    if first["fell"] or second["fell"]:
-        return {metric: _empty(first[metric]) for metric in COMPARED}
+    if not (survived(first) and survived(second)):
+        return {metric: dict.fromkeys(axes) if axes else None for metric, axes in COMPARED.items()}
     return {metric: _change(first[metric], second[metric]) for metric in COMPARED}
-
-
-def _empty(value: object) -> object:
-    return dict.fromkeys(value) if isinstance(value, Mapping) else None
 
 
 def _change(first: object, second: object) -> object:

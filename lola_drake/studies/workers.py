@@ -1,32 +1,98 @@
 """Many runs in processes of their own: one that is killed does not take the others along.
 
-The processes end with the one that started them, however it ends.
+The processes end with the one that started them, however it ends. A pool of joblib or of
+`concurrent.futures` is broken as a whole when one of its processes is killed; here another one
+takes its place, and its run begins again.
 """
 
 import os
 import pickle
 import queue
+import socket
 import subprocess
 import sys
 import threading
 from collections.abc import Callable, Iterator, Sequence
-from typing import TypeVar
+from dataclasses import dataclass
+from typing import Any
 
 from lola_drake.errors import LolaError
-
-Item, Answer = TypeVar("Item"), TypeVar("Answer")
+from lola_drake.interruption import HEARD
 
 PATIENCE = 60.0
 """How long runs that are asked to end may take for it (s)."""
-
 
 RUNS = 25
 """Runs of a process, until another one takes its place: Drake never frees a diagram in which there
 are systems of Python's, and each of them has meshes and a log."""
 
+TRIES = 3
+"""How often a run is begun whose process is killed again and again."""
+
 
 class WorkerLost(LolaError):
     """A process that was ended from outside, while it worked."""
+
+
+@dataclass(frozen=True)
+class Done:
+    """What came of one item.
+
+    Attributes:
+        index: its place among all.
+        answer: of the function; a `WorkerLost` where all tries were in vain.
+        worker: where it was done: process@machine.
+        tries: how often it was begun.
+    """
+
+    index: int
+    answer: Any
+    worker: str
+    tries: int = 1
+
+
+Workers = Callable[[Callable, Sequence], Iterator[Done]]
+"""Who calls a function with each of some items: gives what is done as it comes.
+
+The function is one of a module, since other processes must find it. An error of it is raised. After
+Ctrl-C what is under way is asked to end, and given as it is, before the interruption goes on.
+"""
+
+
+def worker_name(process: int | None = None) -> str:
+    """Return how a process of this machine, or this one, is called."""
+    return f"{process or os.getpid()}@{socket.gethostname()}"
+
+
+def inline(function: Callable, items: Sequence) -> Iterator[Done]:
+    """Do all in this process; it grows with every run, see `RUNS`."""
+    HEARD.clear()
+    for i, item in enumerate(items):
+        yield Done(i, function(item), worker_name())
+        if HEARD.is_set():
+            raise KeyboardInterrupt
+
+
+@dataclass(frozen=True)
+class Processes:
+    """Workers on this machine.
+
+    Attributes:
+        jobs: how many processes.
+    """
+
+    jobs: int = 2
+
+    def __call__(self, function: Callable, items: Sequence) -> Iterator[Done]:
+        """Give what is done as it comes, see `Workers`."""
+        pool = _Pool(function, items, min(self.jobs, len(items)))
+        try:
+            yield from pool.answers(len(items))
+        except KeyboardInterrupt:
+            yield from pool.stopped()
+            raise
+        finally:
+            pool.end()
 
 
 class _Worker:
@@ -39,17 +105,22 @@ class _Worker:
         pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE}
         self._process = subprocess.Popen(command, env=environment, **pipes)
 
-    def __call__(self, function: Callable[[Item], Answer], item: Item) -> Answer:
-        """Return the function's answer, or raise its error."""
+    @property
+    def name(self) -> str:
+        """Return how it is called in the record."""
+        return worker_name(self._process.pid)
+
+    def __call__(self, function: Callable, item: object) -> tuple[object, bool]:
+        """Return the function's answer, and whether its end was asked for; or raise its error."""
         try:
             pickle.dump((function, item), self._process.stdin)
             self._process.stdin.flush()
-            fine, answer = pickle.load(self._process.stdout)
+            fine, answer, asked = pickle.load(self._process.stdout)
         except (OSError, EOFError, pickle.UnpicklingError):
-            raise WorkerLost("a process was ended from outside") from None
+            raise WorkerLost("its process was ended from outside") from None
         if not fine:
             raise answer
-        return answer
+        return answer, asked
 
     def stop_run(self) -> None:
         """Ask for the end of what it does, with what is there."""
@@ -59,33 +130,6 @@ class _Worker:
         """End the process."""
         self._process.kill()
         self._process.wait()
-
-
-def each_done(
-    function: Callable[[Item], Answer], items: Sequence[Item], jobs: int
-) -> Iterator[tuple[int, Answer | LolaError]]:
-    """Give the place of each item and the function's answer, as they come.
-
-    An answer is a `WorkerLost` where a process was killed; the others go on. After Ctrl-C what is
-    under way is asked to end, and given as it is, before the interruption goes on.
-
-    Args:
-        function: Of a module, since other processes must find it.
-        items: What to call it with.
-        jobs: How many processes; one item or job is done in this one.
-    """
-    jobs = min(jobs, len(items))
-    if jobs <= 1:
-        yield from ((i, function(item)) for i, item in enumerate(items))
-        return
-    pool = _Pool(function, items, jobs)
-    try:
-        yield from pool.answers(len(items))
-    except KeyboardInterrupt:
-        yield from pool.stopped()
-        raise
-    finally:
-        pool.end()
 
 
 class _Pool:
@@ -103,51 +147,68 @@ class _Pool:
             thread.start()
 
     def _serve(self, k: int) -> None:
-        done = 0
+        count = 0
         while (order := self._next()) is not None:
-            i, item = order
-            if done and done % RUNS == 0:
-                self._workers[k].end()
-                self._workers[k] = _Worker()
-            done += 1
+            if count and count % RUNS == 0:
+                self._replace(k)
+            count += 1
             try:
-                self._done.put((i, self._workers[k](self._function, item), None))
-            except WorkerLost as lost:
-                if not self._stopped:
-                    self._workers[k] = _Worker()
-                self._done.put((i, lost, None))
+                self._done.put(self._answer(k, *order))
             except Exception as error:
-                self._done.put((i, None, error))
+                self._done.put(error)
+
+    def _answer(self, k: int, i: int, item: object) -> Done:
+        """Return what came of an item; whose process is lost is begun again in another one."""
+        for tries in range(1, TRIES + 1):
+            name = self._workers[k].name
+            try:
+                answer, asked = self._workers[k](self._function, item)
+                if self._stopped or not asked:
+                    return Done(i, answer, name, tries)
+                lost = WorkerLost("its process was asked to end from outside")
+            except WorkerLost as error:
+                lost = error
+            if self._stopped:
+                break
+            self._replace(k)
+        return Done(i, WorkerLost(f"{lost}, {tries} times"), name, tries)
+
+    def _replace(self, k: int) -> None:
+        self._workers[k].end()
+        with self._lock:
+            if not self._stopped:
+                self._workers[k] = _Worker()
 
     def _next(self) -> tuple[int, object] | None:
         with self._lock:
             return None if self._stopped else next(self._items, None)
 
-    def answers(self, count: int) -> Iterator[tuple[int, object]]:
+    def answers(self, count: int) -> Iterator[Done]:
         """Give so many answers; raise the first error."""
         for _ in range(count):
-            i, answer, error = self._done.get()
-            if error is not None:
-                raise error
-            yield i, answer
+            done = self._done.get()
+            if isinstance(done, Exception):
+                raise done
+            yield done
 
-    def stopped(self) -> Iterator[tuple[int, object]]:
+    def stopped(self) -> Iterator[Done]:
         """Take no more items, and give what is under way, as far as it has come."""
-        self._stopped = True
+        self._stop()
         for worker in self._workers:
             worker.stop_run()
         for thread in self._threads:
             thread.join(PATIENCE)
-        while True:
-            try:
-                i, answer, error = self._done.get_nowait()
-            except queue.Empty:
-                return
-            if error is None and not isinstance(answer, WorkerLost):
-                yield i, answer
+        while not self._done.empty():
+            done = self._done.get()
+            if isinstance(done, Done) and not isinstance(done.answer, WorkerLost):
+                yield done
+
+    def _stop(self) -> None:
+        with self._lock:
+            self._stopped = True
 
     def end(self) -> None:
         """End all processes."""
-        self._stopped = True
+        self._stop()
         for worker in self._workers:
             worker.end()

@@ -9,9 +9,11 @@ import pytest
 from typer.testing import CliRunner
 
 from lola_drake.cli.app import app
+from lola_drake.interruption import HEARD
 from lola_drake.reports import run_report
 from lola_drake.results import load_result
 from lola_drake.studies import tuning
+from lola_drake.studies.workers import inline
 
 
 @pytest.fixture
@@ -35,6 +37,7 @@ def lola(make_result, monkeypatch, tmp_path):
     monkeypatch.setattr(run_report, "packed_replay", lambda *results: "a replay")
     module = types.SimpleNamespace(simulate=simulate)
     monkeypatch.setitem(sys.modules, "lola_drake.simulation", module)
+    monkeypatch.setattr("lola_drake.studies.workers.Processes", lambda jobs: inline)
 
     def run(*arguments):
         return CliRunner().invoke(app, [*arguments, "--jobs", "1"])
@@ -113,7 +116,7 @@ def test_reproduce_goes_on_where_it_was(lola, tmp_path):
     assert {e["worlds"] for e in content["experiments"].values()} == {2}
     folder = tmp_path / "runs" / "reproduction"
     assert json.loads((folder / "reproduction.json").read_text()) == content
-    assert {"runs.jsonl", "reproduction.svg", "reproduction.png"} < {
+    assert {"runs.sqlite", "reproduction.svg", "reproduction.png"} < {
         p.name for p in folder.iterdir()
     }
     assert content["experiments"]["step_down_8cm5"]["falls"] == {"ref": 2, "dyn": 0}
@@ -132,7 +135,10 @@ def test_a_stopped_study_says_that_nothing_is_lost(lola, make_result, monkeypatc
 
     def simulate(scenario):
         done.append(scenario)
-        return whole(scenario) if len(done) != 3 else make_result(scenario, completed=False)
+        if len(done) != 3:
+            return whole(scenario)
+        HEARD.set()
+        return make_result(scenario, completed=False)
 
     monkeypatch.setattr(sys.modules["lola_drake.simulation"], "simulate", simulate)
     stopped = lola("reproduce")

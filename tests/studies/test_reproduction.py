@@ -11,13 +11,14 @@ from lola_drake.scenario import Scenario, ScenarioError, differences, override
 from lola_drake.studies.reproduction import EXPERIMENTS, Outcome, reproduction, run_experiments
 from lola_drake.studies.study import Study
 from lola_drake.studies.variants import COMPARED, change_percent, compare, comparison
+from lola_drake.studies.workers import inline
 
 
 def summary(**changes):
     """Return the part of a summary that comparisons look at; all metrics are 2."""
     both = {"x": 2.0, "y": 2.0}
     pairs = dict.fromkeys(("max_inclination_deg", "rms_torque_error_Nm"), both)
-    return {"fell": False} | dict.fromkeys(COMPARED, 2.0) | pairs | changes
+    return {"fell": False, "error": None} | dict.fromkeys(COMPARED, 2.0) | pairs | changes
 
 
 @pytest.fixture
@@ -58,6 +59,16 @@ def test_a_fall_has_no_change():
         assert change["max_inclination_deg"] == {"x": None, "y": None}
 
 
+def test_a_run_that_failed_is_counted_and_changes_nothing():
+    failed = {"fell": False, "error": "no number any more"}
+    pairs = [(summary(), failed), (summary(), summary(settling_time_s=3.0))]
+    report = Outcome(EXPERIMENTS[1], pairs).report()
+    assert report["failures"] == {"ref": 0, "dyn": 1}
+    assert report["falls"] == {"ref": 0, "dyn": 0}
+    assert report["pairs_that_stay_up"] == 1
+    assert report["median_change_percent"]["settling_time_s"] == 50.0
+
+
 def test_comparison_of_two_variants(inclined):
     results = compare(Scenario(name="made_up", seed=1), ["ref", "dyn"], jobs=1)
     content = comparison(results)
@@ -92,8 +103,8 @@ def test_where_nobody_stays_up_there_is_no_change():
 
 
 def test_reproduction_over_worlds(inclined, tmp_path):
-    study = Study(tmp_path / "runs.jsonl")
-    content = reproduction(run_experiments(study, samples=3, jobs=1))
+    study = Study(tmp_path / "runs.sqlite", inline)
+    content = reproduction(run_experiments(study, samples=3))
     assert list(content["experiments"]) == [e.name for e in EXPERIMENTS]
     board, step = content["experiments"]["board_4cm"], content["experiments"]["step_down"]
     assert board["falls"] == {"original": 3, "ref": 0}
@@ -104,7 +115,7 @@ def test_reproduction_over_worlds(inclined, tmp_path):
 
 
 def test_without_sampling_there_is_one_world_as_it_is_written(inclined, tmp_path):
-    content = reproduction(run_experiments(Study(tmp_path / "runs.jsonl"), jobs=1))
+    content = reproduction(run_experiments(Study(tmp_path / "runs.sqlite", inline)))
     assert {e["worlds"] for e in content["experiments"].values()} == {1}
 
 

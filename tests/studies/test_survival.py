@@ -4,7 +4,7 @@ import pytest
 
 from lola_drake.studies import survival as module
 from lola_drake.studies.reproduction import EXPERIMENTS
-from lola_drake.studies.survival import OBSTACLES, VARIANTS, share, survival
+from lola_drake.studies.survival import OBSTACLES, VARIANTS, survival
 from lola_drake.studies.survival_figure import survival_figure
 from lola_drake.studies.tables import survival_table
 from lola_drake.studies.tuning import tuning_scenarios
@@ -16,7 +16,7 @@ class Falling:
     def __init__(self):
         self.scenarios = []
 
-    def run(self, scenarios, jobs, progress):
+    def run(self, scenarios, progress):
         self.scenarios = scenarios
         return [{"fell": self._falls(scenario)} for scenario in scenarios]
 
@@ -55,13 +55,6 @@ def test_both_variants_meet_the_same_worlds_and_no_others_know_them():
     seeds = {scenario.seed for scenario in study.scenarios}
     assert not seeds & {run.seed for run in tuning_scenarios({}, samples=50)}
     assert not seeds & {run.seed for e in EXPERIMENTS for k in range(500) for run in e.scenarios(k)}
-
-
-@pytest.mark.parametrize(("fallen", "low", "high"), [(0, 0.8389, 1.0), (10, 0.2993, 0.7007)])
-def test_the_interval_is_wilsons(fallen, low, high):
-    point = share([{"fell": k < fallen} for k in range(20)])
-    assert point["share"] == 1 - fallen / 20
-    assert (point["low"], point["high"]) == pytest.approx((low, high), abs=1e-4)
 
 
 def test_table_and_figure_show_all(content):

@@ -90,7 +90,7 @@ def test_the_record_holds_every_trial():
         """Stands for a study: its runs incline by the damping's distance from 400."""
 
         @staticmethod
-        def run(scenarios, jobs):
+        def run(scenarios):
             distance = abs(scenarios[0].control.stabilizer.damping - 400.0) / 100.0
             return [summary(y=distance)]
 

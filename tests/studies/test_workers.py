@@ -1,68 +1,86 @@
 """Processes of a study: killed, stopped, left alone."""
 
 import os
+import random
 import signal
 import subprocess
 import sys
 import threading
 import time
-from pathlib import Path
 
 import pytest
+from working import (
+    asked_at_first,
+    killed_at_first,
+    killed_at_two,
+    process_of,
+    refused,
+    slowly,
+    squared,
+    until_asked,
+    wait_for_end,
+)
 
-from lola_drake.scenario import ScenarioError
-from lola_drake.studies.workers import WorkerLost, each_done
-
-
-def squared(x):
-    return x * x
-
-
-def killed_at_two(x):
-    if x == 2:
-        os.kill(os.getpid(), signal.SIGKILL)
-    return x
-
-
-def refused(x):
-    raise ScenarioError("no such thing")
+from lola_drake.errors import LolaError
+from lola_drake.studies import workers
+from lola_drake.studies.workers import TRIES, Processes, WorkerLost, inline
 
 
-def until_asked(x):
-    """Go on until somebody asks for the end, as a run does; a file says that it has begun."""
-    from lola_drake.interruption import interruption
-
-    with interruption() as interrupted:
-        Path(x).touch()
-        while not interrupted.is_set():
-            time.sleep(0.01)
-    return x
+def answers(crew, function, items):
+    return {done.index: done.answer for done in crew(function, items)}
 
 
-@pytest.fixture(autouse=True)
-def found_by_workers(monkeypatch):
-    """Let workers import this module."""
-    monkeypatch.syspath_prepend(os.path.dirname(__file__))
-    monkeypatch.setenv("PYTHONPATH", os.pathsep.join([os.path.dirname(__file__), *sys.path]))
-    monkeypatch.setitem(sys.modules, "test_workers", sys.modules[__name__])
-    for function in (squared, killed_at_two, refused, until_asked):
-        monkeypatch.setattr(function, "__module__", "test_workers")
+@pytest.mark.parametrize("crew", [inline, *map(Processes, (1, 2, 9))])
+def test_every_item_is_answered_once(crew):
+    done = list(crew(squared, [3, 1, 2]))
+    assert sorted((one.index, one.answer) for one in done) == [(0, 9), (1, 1), (2, 4)]
+    assert {one.tries for one in done} == {1}
 
 
-@pytest.mark.parametrize("jobs", [1, 2, 9])
-def test_every_item_is_answered_once(jobs):
-    assert sorted(each_done(squared, [3, 1, 2], jobs)) == [(0, 9), (1, 1), (2, 4)]
+def test_who_has_done_it_is_told():
+    (done,) = inline(squared, [3])
+    assert done.worker.startswith(f"{os.getpid()}@")
+    workers = {done.worker for done in Processes(1)(squared, [1, 2, 3])}
+    assert len(workers) == 1 and done.worker not in workers
 
 
-def test_a_killed_process_takes_no_other_along():
-    answers = dict(each_done(killed_at_two, [1, 2, 3, 4], 2))
-    assert isinstance(answers.pop(1), WorkerLost)
-    assert answers == {0: 1, 2: 3, 3: 4}
+def test_a_process_that_dies_again_and_again_takes_no_other_item_along():
+    found = {done.index: done for done in Processes(2)(killed_at_two, [1, 2, 3, 4])}
+    lost = found.pop(1)
+    assert isinstance(lost.answer, WorkerLost) and lost.tries == TRIES
+    assert str(lost.answer) == "its process was ended from outside, 3 times"
+    assert {i: done.answer for i, done in found.items()} == {0: 1, 2: 3, 3: 4}
+
+
+@pytest.mark.parametrize("function", [killed_at_first, asked_at_first])
+def test_a_process_that_is_ended_is_replaced_and_its_item_repeated(tmp_path, function):
+    files = [str(tmp_path / name) for name in "abc"]
+    found = list(Processes(2)(function, files))
+    assert sorted(done.answer for done in found) == files
+    assert {done.tries for done in found} == {2}
+
+
+def test_processes_that_are_killed_now_and_then_lose_nothing(monkeypatch):
+    made, begin = [], workers._Worker.__init__
+
+    def noted(self):
+        begin(self)
+        made.append(self._process)
+
+    monkeypatch.setattr(workers._Worker, "__init__", noted)
+    chance, found = random.Random(1), {}
+    for done in Processes(2)(slowly, list(range(30))):
+        found[done.index] = done.answer
+        if len(found) % 5 == 0:
+            chance.choice(made[-2:]).kill()
+    assert found == {k: k for k in range(30)}
+    assert len(made) > 4
+    assert all(process.poll() is not None for process in made)
 
 
 def test_an_error_is_that_of_the_function():
-    with pytest.raises(ScenarioError, match="no such thing"):
-        list(each_done(refused, [1, 2], 2))
+    with pytest.raises(LolaError, match="no such thing"):
+        list(Processes(2)(refused, [1, 2]))
 
 
 def test_after_an_interruption_what_is_under_way_is_given(tmp_path):
@@ -74,17 +92,17 @@ def test_after_an_interruption_what_is_under_way_is_given(tmp_path):
         os.kill(os.getpid(), signal.SIGINT)
 
     threading.Thread(target=interrupt).start()
-    answers = []
+    found = {}
     with pytest.raises(KeyboardInterrupt):
-        for answer in each_done(until_asked, files, 2):
-            answers.append(answer)
-    assert sorted(answers) == [(0, files[0]), (1, files[1])]
+        for done in Processes(2)(until_asked, files):
+            found[done.index] = done.answer
+    assert found == {0: files[0], 1: files[1]}
     assert not files[2].exists()
 
 
 def test_a_process_ends_with_the_one_that_started_it(tmp_path):
     code = (
-        "import os, signal, threading, time, test_workers\n"
+        "import os, signal, threading, time, working\n"
         "from lola_drake.studies import workers\n"
         "made = []\n"
         "first = workers._Worker.__init__\n"
@@ -93,33 +111,22 @@ def test_a_process_ends_with_the_one_that_started_it(tmp_path):
         "    print(self._process.pid, flush=True)\n"
         "workers._Worker.__init__ = noted\n"
         "threading.Timer(1.0, lambda: os.kill(os.getpid(), signal.SIGKILL)).start()\n"
-        "list(workers.each_done(test_workers.until_asked, ['a', 'b'], 2))\n"
+        "list(workers.Processes(2)(working.until_asked, ['a', 'b']))\n"
     )
-    run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, cwd=tmp_path)
+    run = subprocess.run(
+        [sys.executable, "-c", code],
+        capture_output=True,
+        text=True,
+        cwd=tmp_path,
+        env=os.environ | {"PYTHONPATH": os.pathsep.join(sys.path)},
+    )
     assert run.returncode == -signal.SIGKILL
     for pid in map(int, run.stdout.split()):
         wait_for_end(pid)
 
 
-def wait_for_end(pid):
-    for _ in range(1000):
-        try:
-            os.kill(pid, 0)
-            with open(f"/proc/{pid}/stat") as stat:
-                if stat.read().split()[2] == "Z":
-                    return
-        except (ProcessLookupError, FileNotFoundError):
-            return
-        time.sleep(0.01)
-    pytest.fail("the process goes on")
-
-
-def process_of(x):
-    return os.getpid()
-
-
 def test_a_process_makes_room_for_another_before_it_grows(monkeypatch):
     monkeypatch.setattr("lola_drake.studies.workers.RUNS", 3)
-    answers = [answer for _, answer in each_done(process_of, range(12), jobs=2)]
-    assert os.getpid() not in answers
-    assert max(answers.count(pid) for pid in answers) <= 3
+    pids = list(answers(Processes(2), process_of, range(12)).values())
+    assert os.getpid() not in pids
+    assert max(pids.count(pid) for pid in pids) <= 3
