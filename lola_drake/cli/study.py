@@ -65,10 +65,18 @@ def show_(
     if as_json:
         print(json.dumps(found, indent=2))
         return
-    table = Table(*(found[0] if found else ["no such run"]))
-    for line in found:
-        table.add_row(*("-" if value is None else str(value) for value in line.values()))
+    table = Table("run", "scenario", "variant", "seed", "end", "worker")
+    for run in found:
+        told = (run["run"], run["scenario"], run["variant"], run["seed"], _end(run), run["worker"])
+        table.add_row(*map(str, told))
     show(table)
+
+
+def _end(run: dict) -> str:
+    """Return how a run ended, in a few words."""
+    if run["error"]:
+        return f"{run['outcome']}: {run['error']}"
+    return run["outcome"] if run["fall_time_s"] is None else f"fell at {run['fall_time_s']:.2f} s"
 
 
 @app.command()

@@ -46,7 +46,7 @@ def last_runs(store: Store, count: int, outcome: str | None = None) -> list[dict
             "variant": row.summary["variant"],
             "seed": row.summary["seed"],
             "outcome": row.outcome,
-            "fall (s)": row.summary["fall_time_s"],
+            "fall_time_s": row.summary["fall_time_s"],
             "error": row.summary["error"],
             "tries": row.tries,
             "worker": row.worker,

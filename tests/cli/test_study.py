@@ -28,9 +28,10 @@ def test_status_says_how_far_it_is(lola, study):
 
 def test_show_lists_the_last_runs(lola, study):
     (run,) = json.loads(lola("study", "show", study, "--rows", "1", "--json").stdout)
-    assert (run["seed"], run["outcome"], run["fall (s)"]) == (8, "fell", 2.5)
-    assert "completed" in lola("study", "show", study).stdout
-    assert "no such run" in lola("study", "show", study, "--outcome", "lost").stdout
+    assert (run["seed"], run["outcome"], run["fall_time_s"]) == (8, "fell", 2.5)
+    lines = lola("study", "show", study).stdout
+    assert "completed" in lines and "fell at 2.50 s" in lines
+    assert json.loads(lola("study", "show", study, "--outcome", "lost", "--json").stdout) == []
 
 
 def test_export_writes_a_table(lola, study, tmp_path):
