@@ -162,7 +162,16 @@ def test_a_law_that_has_changed_is_another_run(tmp_path):
 def test_a_key_tells_any_two_numbers_apart():
     """They go into it with all their digits."""
     near = Scenario(duration=1.0), Scenario(duration=1.0 + 2**-52)
-    assert len(set(map(run_key, near))) == 2
+    beside = Scenario(duration=1.0, seed=11), Scenario(duration=1.01, seed=1)
+    assert len(set(map(run_key, (*near, *beside)))) == 4
+
+
+def test_a_key_does_not_depend_on_what_was_asked_before():
+    scenario = Scenario(duration=10.0, seed=10)
+    before = run_key(scenario)
+    run_key_module._line.cache_clear()
+    run_key_module._line(10.0), run_key_module._line(10)
+    assert run_key(scenario) == before
 
 
 def test_a_file_that_cannot_be_used_is_said(tmp_path):
