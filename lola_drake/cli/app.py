@@ -5,8 +5,9 @@ one JSON document and nothing else. Drake is imported by the commands that need 
 others answer at once.
 """
 
+from collections.abc import Callable
 from importlib.metadata import PackageNotFoundError, version
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 from typer.core import TyperGroup
@@ -19,18 +20,20 @@ from lola_drake.cli.terminal import any_terminal
 class _Lola(TyperGroup):
     """The command with all below it; says in one line what is wrong with an option."""
 
-    def main(self, *args, standalone_mode: bool = True, **extra):
+    def main(self, *args: Any, standalone_mode: bool = True, **extra: Any) -> Any:
         """Run the command, see `TyperGroup.main`."""
         any_terminal()
+        run: Callable[..., Any] = super().main
         try:
-            code = super().main(*args, standalone_mode=False, **extra)
+            code = run(*args, standalone_mode=False, **extra)
         except Exception as error:
-            if not (standalone_mode and hasattr(error, "format_message")):
+            message = getattr(error, "format_message", None)
+            if not standalone_mode or message is None:
                 raise
             # Without any arguments the message is the help itself.
-            text = error.format_message()
-            fail(" ".join(text.split())) if text else None
-            code = error.exit_code
+            if text := message():
+                fail(" ".join(text.split()))
+            code = getattr(error, "exit_code", 1)
         if not standalone_mode:
             return code
         raise SystemExit(code if isinstance(code, int) else 0)

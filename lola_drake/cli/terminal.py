@@ -33,6 +33,8 @@ def any_terminal() -> None:
     """Let stdout and stderr take any text, whatever their encoding is."""
 
     def spelled(error: UnicodeError) -> tuple[str, int]:
+        if not isinstance(error, UnicodeEncodeError):
+            raise error
         return in_ascii(error.object[error.start : error.end]), error.end
 
     codecs.register_error("spelled", spelled)

@@ -77,13 +77,16 @@ def save_diagram(diagram: Diagram, path: str | Path, **options) -> Path:
     path = Path(path)
     if path.suffix not in FORMATS:
         raise OutputError(f"{path}: the name of the file must end in {', '.join(FORMATS)}")
-    text = _drake_graph(diagram, **options) if path.suffix == ".dot" else None
-    drawing = None if text else block_diagram(diagram, folder=path.parent, **options)
+    if path.suffix == ".dot":
+        drawing, text = None, _drake_graph(diagram, **options)
+    else:
+        drawing = block_diagram(diagram, folder=path.parent, **options)
+        text = to_svg(drawing)
     with whole_file(path) as file:
-        if path.suffix in (".png", ".pdf"):
+        if drawing and path.suffix in (".png", ".pdf"):
             to_figure(drawing).savefig(file, dpi=200)
         else:
-            file.write_text(text or to_svg(drawing), encoding="utf-8")
+            file.write_text(text, encoding="utf-8")
     return path
 
 
@@ -124,7 +127,7 @@ def _index(blocks: list[Block], link: Link) -> str:
     lines += ["|---|---|---|---|"]
     for block in blocks:
         equations = ", ".join(map(str, block.equations))
-        source = f"[{block.source.name}]({link(block)})"
+        source = f"[{Path(link(block)).name}]({link(block)})"
         lines.append(f"| [{block.name}]({block.name}.svg) | {block.doc} | {equations} | {source} |")
     return "\n".join(lines) + "\n"
 

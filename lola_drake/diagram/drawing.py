@@ -8,6 +8,7 @@ import math
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from html import escape
+from typing import Any
 
 PAGE = (785.0, 538.0)
 """A4 landscape within margins of 10 mm (pt)."""
@@ -131,9 +132,14 @@ def moved(items: Iterable[Item], dx: float, dy: float) -> tuple[Item, ...]:
     return tuple(one(item) for item in items)
 
 
-def outline(line: Line) -> list[tuple[str, tuple[Point, ...]]]:
+Command = tuple[str, tuple[Point, ...]]
+"""M, L, Q or Z, as in SVG, with its points."""
+
+
+def outline(line: Line) -> list[Command]:
     """Return the line as M, L, Q and Z commands with their points."""
     points = line.points
+    commands: list[Command]
     if line.radius <= 0 or len(points) < 3:
         commands = [("L", (point,)) for point in points[1:]]
         return [("M", points[:1]), *commands, *([("Z", ())] if line.closed else [])]
@@ -150,7 +156,7 @@ def outline(line: Line) -> list[tuple[str, tuple[Point, ...]]]:
     return [*commands, ("L", points[-1:])]
 
 
-def _corner(before: Point, point: Point, after: Point, radius: float) -> list:
+def _corner(before: Point, point: Point, after: Point, radius: float) -> list[Command]:
     def toward(other: Point) -> Point:
         length = math.dist(point, other)
         part = min(radius, length / 2) / length if length else 0.0
@@ -258,7 +264,8 @@ def _plot(axes, item: Item, styles: dict[str, Style]) -> None:
         )
         return
     codes = {"M": (Path.MOVETO,), "L": (Path.LINETO,), "Q": (Path.CURVE3,) * 2}
-    points, commands = [], []
+    points: list[Point] = []
+    commands: list[Any] = []  # Matplotlib's codes
     for name, ends in outline(item):
         points += ends or [item.points[0]]
         commands += codes.get(name, (Path.CLOSEPOLY,))

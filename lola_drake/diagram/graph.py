@@ -64,11 +64,12 @@ def _read(system: System) -> Block:
     cls = type(system if declared is None else declared)
     library = (_LIBRARY_KINDS.get(base.__name__) for base in cls.__mro__)
     kind = declared.kind if declared else next(filter(None, library), "control")
-    children, nets = (), ()
+    children: tuple[Block, ...] = ()
+    nets: tuple[Net, ...] = ()
     if isinstance(system, Diagram):
         nets = _nets(system)
-        children = mark_logs([_read(child) for child in system.GetSystems()], nets)
-        children = tuple(wired(child, nets) for child in children)
+        inside = mark_logs([_read(child) for child in system.GetSystems()], nets)
+        children = tuple(wired(child, nets) for child in inside)
     inputs = [_port(system.get_input_port(i)) for i in range(system.num_input_ports())]
     outputs = [_port(system.get_output_port(i)) for i in range(system.num_output_ports())]
     through = tuple(

@@ -103,7 +103,7 @@ def make_box(block: Block, depth: int = 0, row: float = ROW) -> Box:
     """Return the block with its content laid out to the given depth; a port has a row's height."""
     if depth > 0 and block.children:
         sheet = make_sheet(block, depth, row)
-        pills = {"in": {}, "out": {}}
+        pills: dict[str, dict[str, float]] = {"in": {}, "out": {}}
         for box in sheet.boxes:
             if isinstance(box.content, Port):
                 side = "in" if box.out_y else "out"

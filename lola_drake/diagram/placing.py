@@ -148,7 +148,9 @@ def _levelled(heights, limits: list[Limit], trunks, around) -> dict[str, float]:
     rows, bounds = np.zeros((len(terms), len(cost))), np.zeros(len(terms))
     for row, ((i, a), (k, b), bound) in enumerate(terms):
         rows[row, i], rows[row, k], bounds[row] = a, b, bound
-    found = linprog(cost, A_ub=rows, b_ub=bounds, bounds=(None, None)).x[:n]
+    found = linprog(cost, A_ub=rows, b_ub=bounds, bounds=(None, None)).x
+    assert found is not None, "limits that no heights keep"
+    found = found[:n]
     return {name: round(found[i] - found.min()) for name, i in y.items()}
 
 

@@ -82,31 +82,33 @@ def draw_sheet(block: Block, sheet: Sheet, link: Link) -> Drawing:
 
 
 def _sheet_items(sheet: Sheet, link: Link) -> list[Item]:
-    frames = [item for box in sheet.boxes if box.inner for item in _frame(box, link)]
+    frames: list[Item] = []
+    boxes: list[Item] = []
     sources = {sink: wire.net.source for wire in sheet.wires for sink in wire.net.sinks}
+    for box in sheet.boxes:
+        if isinstance(box.content, Port):
+            boxes.append(_pill(box, box.content))
+        elif box.inner is None:
+            boxes.append(_block(box, box.content, link, sources))
+        else:
+            frames += _frame(box, box.content, box.inner, link)
     colours = _wire_colours(sheet.wires)
     wires = [_wire(wire, colour) for wire, colour in zip(sheet.wires, colours, strict=True)]
-    boxes = [
-        _pill(box) if isinstance(box.content, Port) else _block(box, link, sources)
-        for box in sheet.boxes
-        if not box.inner
-    ]
     return [*frames, *wires, *boxes]
 
 
-def _frame(box: Box, link: Link) -> list[Item]:
+def _frame(box: Box, block: Block, inner: Sheet, link: Link) -> list[Item]:
     """Return an opened diagram: a frame, a name, and what is inside."""
-    block = box.content
     name = Label("ink", box.x + 10, box.y + 12, block.name, 11, bold=True)
     return [
         rectangle("frame", box.x, box.y, box.width, box.height, 6),
         Group((name,), block_hint(block), link(block)),
-        *moved(_sheet_items(box.inner, link), box.x, box.y + HEADER),
+        *moved(_sheet_items(inner, link), box.x, box.y + HEADER),
     ]
 
 
-def _block(box: Box, link: Link, sources: dict[End, End]) -> Group:
-    block, x, y, right = box.content, box.x, box.y, box.x + box.width
+def _block(box: Box, block: Block, link: Link, sources: dict[End, End]) -> Group:
+    x, y, right = box.x, box.y, box.x + box.width
     period = f"{1e3 * block.period:g} ms" if block.period else ""
     head = (
         rectangle(block.kind, x, y, box.width, box.height, 4),
@@ -148,8 +150,8 @@ def _row(port: Port, signal: str, left: float, right: float, y: float, *, output
     return Group(tuple(items), port_hint(port), signal=signal)
 
 
-def _pill(box: Box) -> Group:
-    lines = pill_lines(box.content)
+def _pill(box: Box, port: Port) -> Group:
+    lines = pill_lines(port)
     first = box.y + box.height / 2 - 5.5 * (len(lines) - 1)
     middle = box.x + box.width / 2
     return Group(
@@ -157,7 +159,7 @@ def _pill(box: Box) -> Group:
             rectangle("frame", box.x, box.y, box.width, box.height, 9),
             *(Label("ink", middle, first + 11 * i, t, 9.5, "middle") for i, t in enumerate(lines)),
         ),
-        port_hint(box.content),
+        port_hint(port),
     )
 
 
@@ -215,7 +217,8 @@ def _legend(block: Block) -> tuple[list[Item], float]:
     kinds = [
         kind for kind in KIND_COLOURS if kind in {b.kind for b in block.walk() if not b.children}
     ]
-    items, x = [], 0.0
+    items: list[Item] = []
+    x = 0.0
     for kind in kinds:
         items += [rectangle(kind, x, -5, 14, 10, 3), Label("faint", x + 19, 0, kind, 8.5)]
         x += 34 + 5 * len(kind)

@@ -4,6 +4,7 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch, Polygon
 from matplotlib.transforms import Affine2D
+from numpy.typing import ArrayLike
 from scipy.spatial import ConvexHull
 
 from lola_drake.figures.style import (
@@ -128,7 +129,7 @@ def _stance_middles(result: Result, foot: str) -> np.ndarray:
     return _middles(result.signals["gait_phase"][:, column] > 0.5)
 
 
-def _middles(true: np.ndarray) -> np.ndarray:
+def _middles(true: ArrayLike) -> np.ndarray:
     """Return the middle sample of every run of samples for which something is true."""
     edges = np.flatnonzero(np.diff(np.r_[False, true, False].astype(int))).reshape(-1, 2)
     return edges.mean(axis=1).astype(int)

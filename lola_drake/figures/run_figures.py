@@ -214,7 +214,9 @@ def figure_bytes(figure: Figure, kind: str) -> bytes:
     file = BytesIO()
     with look():
         figure.align_ylabels()
-        figure.get_layout_engine().execute(figure)
+        engine = figure.get_layout_engine()
+        if engine is not None:
+            engine.execute(figure)
         figure.set_layout_engine("none")
         # By the canvas itself: what is laid out once savefig would draw twice.
         if kind == "svg":

@@ -2,11 +2,13 @@
 
 from collections.abc import Iterator
 from contextlib import contextmanager
+from typing import Any
 
 import matplotlib
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from numpy.typing import ArrayLike
 
 from lola_drake.metrics import touchdowns
 from lola_drake.results import Result
@@ -21,7 +23,7 @@ DASHED = (0, (4, 2))
 FOOT_COLOURS = dict(zip(FEET, (LEFT, RIGHT), strict=True))
 FOOT_NAMES = dict(zip(FEET, ("left", "right"), strict=True))
 
-LOOK = {
+LOOK: dict[Any, object] = {
     "font.family": "sans-serif",
     "font.sans-serif": ["DejaVu Sans"],
     "font.size": 8.5,
@@ -77,7 +79,7 @@ def time_figure(
     add_title(figure, title)
     grid = figure.add_gridspec(rows + 1, columns, height_ratios=[row_height] * rows + [BAND])
     axes = np.empty((rows, columns), dtype=object)
-    first = None
+    first: Axes | None = None
     for column in range(columns):
         for row in range(rows):
             axes[row, column] = figure.add_subplot(grid[row, column], sharex=first)
@@ -89,7 +91,7 @@ def time_figure(
             ax.axvline(result.fall_time, color=LIMIT, lw=1.2)
         fall = f"fell at {result.fall_time:.2f} s"
         figure.text(0.99, 0.995, fall, color=LIMIT, ha="right", va="top", fontweight="bold")
-    first.set_xlim(0.0, max(result.duration, 1e-3))
+    axes[0, 0].set_xlim(0.0, max(result.duration, 1e-3))
     return figure, axes
 
 
@@ -136,7 +138,7 @@ def draw_gait(axes: Axes, result: Result) -> None:
     axes.spines["left"].set_visible(False)
 
 
-def intervals(times: np.ndarray, true: np.ndarray) -> list[tuple[float, float]]:
+def intervals(times: np.ndarray, true: ArrayLike) -> list[tuple[float, float]]:
     """Return (start, duration) of every time during which something is true."""
     edges = np.flatnonzero(np.diff(np.r_[False, true, False].astype(int)))
     last = len(times) - 1

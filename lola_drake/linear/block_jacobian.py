@@ -113,28 +113,28 @@ def block_jacobian(
     Raises:
         AnalysisError: if one tick of theirs is no function of states and inputs alone.
     """
-    group = _Group(isolated, list(group), list(inputs), list(outputs))
-    blocks, names = group.blocks, ", ".join(group.blocks)
+    cut = _Group(isolated, list(group), list(inputs), list(outputs))
+    blocks, names = cut.blocks, ", ".join(cut.blocks)
     for path, block in blocks.items():
         check_timing(path, block)
     with drake_errors(f"{names} cannot be evaluated"):
-        following = group.tick()
+        following = cut.tick()
         if not np.isfinite(following).all():
             raise AnalysisError(
                 f"{names} cannot be linearised: it gives numbers that are not finite"
             )
         if checked:
-            check_memory(names, [block.root for block in blocks.values()], group.moved, group.tick)
+            check_memory(names, [block.root for block in blocks.values()], cut.moved, cut.tick)
             for path, block in blocks.items():
                 check_events(path, block)
-        raw, kinks = _differences(group, following, checked)
+        raw, kinks = _differences(cut, following, checked)
     return BlockJacobian(
         group=tuple(blocks),
-        states=group.tangents,
-        inputs={target: value.size for target, value in group.inputs.items()},
-        outputs=dict(zip(group.outputs, map(len, group.read()), strict=True)),
-        matrix=group.projection(following) @ raw,
-        drift=group.drift(following),
+        states=cut.tangents,
+        inputs={target: value.size for target, value in cut.inputs.items()},
+        outputs=dict(zip(cut.outputs, map(len, cut.read()), strict=True)),
+        matrix=cut.projection(following) @ raw,
+        drift=cut.drift(following),
         kinks=tuple(kinks),
     )
 
@@ -166,7 +166,7 @@ class _Group:
         """Return next states and outputs as one vector."""
         states = (
             join_groups(block.system.EvalUniquePeriodicDiscreteUpdate(block.context))
-            for block in map(self.blocks.get, self.tangents)
+            for block in map(self.blocks.__getitem__, self.tangents)
         )
         return np.concatenate([*states, *self.read(), np.zeros(0)])
 
@@ -221,7 +221,7 @@ class _Group:
 
     def _input(self, target: Target) -> _Slot:
         block, value = self.blocks[target.block], self.inputs[target]
-        port = block.system.get_input_port(target.index)
+        port = block.system.get_input_port(target.port)
         still = switches(port)
         directions = np.diag(1.0 - still) if still.any() else np.eye(value.size)
         name = f"{target.block}.{port.get_name()}"

@@ -60,7 +60,7 @@ class IsolatedBlocks:
             instances[path] = Instance(blocks[path], context, context, changed)
             for target, value in self.inputs.items():
                 if target.block == path:
-                    fix_port(blocks[path].get_input_port(target.index), context, value)
+                    fix_port(blocks[path].get_input_port(target.port), context, value)
         return replace(self, instances=instances)
 
     def timing(self, path: str) -> tuple[float, float] | None:
@@ -96,7 +96,7 @@ def isolate(wiring: Wiring, context: Context, added: Iterable[Source] = ()) -> I
             elif wiring.feeds[Target(path, i)] in added:
                 inputs[Target(path, i)] = np.zeros(port.size())
     for target, value in inputs.items():
-        port = blocks[target.block].get_input_port(target.index)
+        port = blocks[target.block].get_input_port(target.port)
         fix_port(port, copies[target.block], value)
     instances = {path: Instance(block, copies[path], root) for path, block in blocks.items()}
     return IsolatedBlocks(wiring, instances, inputs, context.get_time())

@@ -110,8 +110,9 @@ def _groups(wiring: Wiring, moving: set[str], isolated: IsolatedBlocks) -> list[
 
 def _period(isolated: IsolatedBlocks, moving: set[str]) -> float | None:
     """Return the period of all blocks; AnalysisError if they do not all tick together."""
-    timings = {path: isolated.timing(path) for path in sorted(moving)}
-    timings = {path: timing for path, timing in timings.items() if timing is not None}
+    timings = {
+        path: timing for path in sorted(moving) if (timing := isolated.timing(path)) is not None
+    }
     for what, values in (
         ("periods", {path: period for path, (period, _) in timings.items()}),
         ("offsets", {path: offset for path, (_, offset) in timings.items()}),

@@ -156,20 +156,22 @@ def matrix_margins(loop: control.StateSpace, per_decade: int = PER_DECADE) -> Ma
     def sensitivity(frequencies: np.ndarray) -> np.ndarray:
         return np.linalg.inv(one + transfer(frequencies))
 
-    sampled, found = sensitivity(grid), []
-    for part in (0.5 * one, 0.0 * one):
-        found += largest(
-            lambda f, part=part: _balanced_norm(sensitivity(f) - part),
-            grid,
-            _balanced_norm(sampled - part),
-        )
+    def largest_less(part: np.ndarray) -> tuple[float, float]:
+        def norm(sensitivities: np.ndarray) -> np.ndarray:
+            return _balanced_norm(sensitivities - part)
+
+        return largest(lambda f: norm(sensitivity(f)), grid, norm(sampled))
+
+    sampled = sensitivity(grid)
+    disk, disk_frequency = largest_less(0.5 * one)
+    peak, peak_frequency = largest_less(0.0 * one)
     return MatrixMargins(
         names=tuple(loop.input_labels),
         stable=closed_loop_is_stable(loop),
-        disk=1 / found[0],
-        disk_frequency=found[1],
-        peak_sensitivity=found[2],
-        peak_sensitivity_frequency=found[3],
+        disk=1 / disk,
+        disk_frequency=disk_frequency,
+        peak_sensitivity=peak,
+        peak_sensitivity_frequency=peak_frequency,
     )
 
 

@@ -55,11 +55,15 @@ def _with_near_misses(
     for sign in (1.0, -1.0):
         k = 1 + np.flatnonzero(near & same[:-1] & same[1:] & (np.sign(values[1:-1]) == sign))
         if k.size:
-            at, nearest = _climb(lambda f, sign=sign: -sign * curve(f), grid, -sign * values, k)
+            at, nearest = _climb(_times(-sign, curve), grid, -sign * values, k)
             found.append(at)
             new.append(-sign * nearest)
     grid, order = np.unique(np.concatenate(found), return_index=True)
     return grid, np.concatenate(new)[order]
+
+
+def _times(factor: float, curve: Curve) -> Curve:
+    return lambda f: factor * curve(f)
 
 
 def _climb(

@@ -5,6 +5,7 @@ from pydrake.multibody.plant import MultibodyPlant
 from pydrake.systems.framework import InputPort, OutputPort, PortDataType, System
 
 from lola_drake import signals
+from lola_drake.block import Block
 from lola_drake.signals import Signal
 
 _SWITCH_UNITS = ("0/1", "-1/0/1")
@@ -59,8 +60,8 @@ def switches(port: InputPort | OutputPort) -> np.ndarray:
 def state_names(system: System, size: int) -> tuple[str, ...]:
     """Return one name per coordinate of a block's discrete state, unique within the block."""
     if isinstance(system, MultibodyPlant):
-        names = (*_positions(system), *_velocities(system))
-        return tuple(n.replace("_q", "_rot_") for n in names if not n.endswith("_qw"))
+        plant_names = (*_positions(system), *_velocities(system))
+        return tuple(n.replace("_q", "_rot_") for n in plant_names if not n.endswith("_qw"))
     names = [name for name, _ in _state_entries(system, size)]
     seen: dict[str, int] = {}
     for name in names:
@@ -84,14 +85,17 @@ def state_scales(system: System, size: int) -> np.ndarray:
 
 def _state_entries(system: System, size: int) -> list[tuple[str, str]]:
     """Return name and unit of every entry of a block's state, as the block declares them."""
-    block = getattr(system, "block", None)
+    block: Block | None = getattr(system, "block", None)
+    unnamed = [(f"x{i}", "") for i in range(size)]
+    if block is None:
+        return unnamed
     entries = [
         entry
-        for name, state in (block.states if block else {}).items()
+        for name, state in block.states.items()
         for _ in range(len(block.initial[name]) // state.signal.size)
         for entry in zip(state.signal.entry_names(), state.signal.entry_units(), strict=True)
     ]
-    return entries if len(entries) == size else [(f"x{i}", "") for i in range(size)]
+    return entries if len(entries) == size else unnamed
 
 
 def _plant_entries(plant: MultibodyPlant, port: InputPort | OutputPort) -> tuple[str, ...]:

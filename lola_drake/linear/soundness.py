@@ -21,8 +21,6 @@ PROBE = 1e-3
 MEETINGS = (0.0, 3600.0)
 """Times at which events of all periods meet, whatever their period (s)."""
 
-_SAME = {"rtol": 1e-9, "atol": 1e-12}
-
 
 def check_timing(path: str, instance: Instance) -> None:
     """Raise AnalysisError if a block is not a discrete system with one update and one period."""
@@ -72,7 +70,7 @@ def check_memory(
         after(2, PROBE)
     after(3, 0.0)
     again = after(1, 0.0), after(0, 0.0)
-    if not (np.allclose(again[0], second, **_SAME) and np.allclose(again[1], first, **_SAME)):
+    if not (_same(again[0], second) and _same(again[1], first)):
         raise AnalysisError(
             f"{names} cannot be linearised: the same tick comes out different the second time, "
             "as of a block that keeps state outside its context"
@@ -85,6 +83,8 @@ def check_events(path: str, instance: Instance) -> None:
     if isinstance(block, MultibodyPlant) or not context.num_discrete_state_groups():
         return
     timing = block.GetUniquePeriodicDiscreteUpdateAttribute()
+    if timing is None:
+        return
     period, offset = timing.period_sec(), timing.offset_sec()
     for time in (context.get_time(), *MEETINGS):
         alone = _off_balance(block, context)
@@ -96,7 +96,7 @@ def check_events(path: str, instance: Instance) -> None:
         for _ in range(2):
             simulator.AdvanceTo(simulator.get_context().get_time() + 0.25 * period)
         found = discrete_state(simulator.get_context())
-        if simulator.get_num_unrestricted_updates() or not np.allclose(found, expected, **_SAME):
+        if simulator.get_num_unrestricted_updates() or not _same(found, expected):
             raise AnalysisError(
                 f"{path} cannot be linearised: more than its periodic discrete update changes its "
                 "state"
@@ -118,3 +118,7 @@ def _off_balance(block: System, context: Context) -> Context:
     except (Exception, SystemExit):
         set_discrete_state(alone, state)
     return alone
+
+
+def _same(one: np.ndarray, other: np.ndarray) -> bool:
+    return np.allclose(one, other, rtol=1e-9, atol=1e-12)

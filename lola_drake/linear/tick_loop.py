@@ -60,6 +60,7 @@ class TickLoop:
         """
         chosen = [self._wiring.select(name) for name in outputs]
         disturbed = self._wiring.select(signal) if signal else None
+        added = np.zeros((count, 0)) if added is None else added
         record = np.empty((count, sum(len(selection.labels) for selection in chosen)))
         with drake_errors("the system cannot tick"):
             for k in range(count):
@@ -75,7 +76,7 @@ class TickLoop:
         value = self._source(selection)
         value[selection.entries] += added
         for target in self._wiring.targets(selection.source):
-            port = self._wiring.blocks[target.block].get_input_port(target.index)
+            port = self._wiring.blocks[target.block].get_input_port(target.port)
             fix_port(port, self._contexts[target.block], value)
 
     def _read(self, selection: Selection, disturbed: Selection | None, added) -> np.ndarray:
@@ -91,7 +92,7 @@ class TickLoop:
             return read_port(port, self._contexts[source.block])
         if source not in self._given:
             target = self._wiring.targets(source)[0]
-            inner = self._wiring.blocks[target.block].get_input_port(target.index)
+            inner = self._wiring.blocks[target.block].get_input_port(target.port)
             own = self._contexts[target.block]
             has_value = inner.HasValue(own)
             self._given[source] = read_port(inner, own) if has_value else np.zeros(inner.size())

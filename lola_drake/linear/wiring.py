@@ -25,12 +25,12 @@ class Source(NamedTuple):
 
     Attributes:
         block: path of the block; empty for the whole system.
-        index: of the port.
+        port: its number.
         is_input: whether the port is an input: of the whole, or of a block if it hangs in the air.
     """
 
     block: str
-    index: int
+    port: int
     is_input: bool = False
 
 
@@ -38,7 +38,7 @@ class Target(NamedTuple):
     """One input port of a block."""
 
     block: str
-    index: int
+    port: int
 
 
 @dataclass(frozen=True)
@@ -90,9 +90,9 @@ class Wiring:
         """Return Drake's port of a source."""
         system = self.blocks[source.block] if source.block else self.system
         return (
-            system.get_input_port(source.index)
+            system.get_input_port(source.port)
             if source.is_input
-            else system.get_output_port(source.index)
+            else system.get_output_port(source.port)
         )
 
     def size(self, source: Source) -> int:
@@ -114,7 +114,7 @@ class Wiring:
         if not targets:
             return self.system, self.port(source)
         block = self.blocks[targets[0].block]
-        return block, block.get_input_port(targets[0].index)
+        return block, block.get_input_port(targets[0].port)
 
     def targets(self, source: Source) -> list[Target]:
         """Return the input ports that a source feeds."""

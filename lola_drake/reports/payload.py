@@ -8,6 +8,7 @@ import json
 from collections.abc import Sequence
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from lola_drake.contact_events import landings
 from lola_drake.figures.style import FOOT_NAMES, intervals
@@ -77,7 +78,7 @@ def _run(result: Result, name: str) -> dict[str, object]:
     }
 
 
-def _bars(result: Result, true: np.ndarray) -> list[tuple[float, float]]:
+def _bars(result: Result, true: ArrayLike) -> list[tuple[float, float]]:
     return [
         (round(start, 3), round(start + length, 3))
         for start, length in intervals(result.times, true)

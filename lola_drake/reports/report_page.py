@@ -5,8 +5,8 @@ import re
 from collections.abc import Sequence
 from functools import cache
 from html import escape
+from importlib.metadata import distribution
 from importlib.resources import files
-from importlib.util import find_spec
 from pathlib import Path
 
 from lola_drake.diagram.block_diagram import block_diagram
@@ -67,8 +67,8 @@ def _asset(name: str) -> str:
 @cache
 def _plotly() -> str:
     """Return Plotly's JavaScript, packed; the package itself is not imported, that takes long."""
-    (folder,) = find_spec("plotly").submodule_search_locations
-    return packed((Path(folder) / "package_data" / "plotly.min.js").read_bytes())
+    script = distribution("plotly").locate_file("plotly/package_data/plotly.min.js")
+    return packed(Path(str(script)).read_bytes())
 
 
 def _header(results: Sequence[Result], names: list[str]) -> str:
@@ -139,8 +139,9 @@ def _number(value: object, digits: int = 4) -> str:
 
 
 def _change(before: object, after: object) -> str:
-    numbers = all(isinstance(v, float) and not isinstance(v, bool) for v in (before, after))
-    return f"{100 * (after / before - 1):+.0f} %" if numbers and before else ""
+    if not (isinstance(before, float) and isinstance(after, float) and before):
+        return ""
+    return f"{100 * (after / before - 1):+.0f} %"
 
 
 def _settings_table(results: Sequence[Result], names: list[str]) -> str:

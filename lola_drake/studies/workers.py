@@ -102,8 +102,8 @@ class _Worker:
         command = [sys.executable, "-m", "lola_drake.studies.worker"]
         # It finds what this process finds, wherever that has been looked for.
         environment = os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
-        pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE}
-        self._process = subprocess.Popen(command, env=environment, **pipes)
+        pipe = subprocess.PIPE
+        self._process = subprocess.Popen(command, env=environment, stdin=pipe, stdout=pipe)
 
     @property
     def name(self) -> str:

@@ -102,9 +102,9 @@ class Markers:
             put(f"{ROOT}/ZMP", RigidTransform(frame.zmp + [0.0, 0.0, 0.004]), time)
         roll, pitch, yaw = frame.torso[3:]
         top = frame.torso[:3] + [0.0, 0.0, 0.78]
-        lean = np.clip([EXAGGERATION * roll, EXAGGERATION * pitch], -1.3, 1.3)
+        roll, pitch = np.clip([EXAGGERATION * roll, EXAGGERATION * pitch], -1.3, 1.3)
         put(f"{ROOT}/inclination/vertical", RigidTransform(top), time)
-        put(f"{ROOT}/inclination/torso", RigidTransform(RollPitchYaw(*lean, yaw), top), time)
+        put(f"{ROOT}/inclination/torso", RigidTransform(RollPitchYaw(roll, pitch, yaw), top), time)
 
     def _show_force(self, path: str, force: np.ndarray, origin: np.ndarray, time) -> None:
         size = float(np.linalg.norm(force))

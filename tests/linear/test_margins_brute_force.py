@@ -3,7 +3,7 @@
 import control
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from lola_drake.linear.margins import Margins, signal_margins
@@ -125,5 +125,11 @@ def assert_same(found: Margins, expected: dict[str, float]) -> None:
 
 @settings(max_examples=200)
 @given(random_loops())
+@example((np.exp(-3.0), 1, 0.0, [(np.exp(-1.0) + 0j, 1 + 0j)]))  # on the border
 def test_margins_are_within_half_a_percent_of_brute_force(loop):
-    assert_same(signal_margins(model(*loop)), by_brute_force(*loop))
+    found, expected = signal_margins(model(*loop)), by_brute_force(*loop)
+    if expected["phase"] < 1e-6:
+        # On the border all else is rounding: the lag is nothing, or a whole turn.
+        assert found.phase < 1e-3 and found.disk < 1e-3
+        return
+    assert_same(found, expected)

@@ -50,7 +50,7 @@ def step_response(at, entry, delta, feedforward=0.0, ticks=80):
     for target in wiring.targets(wiring.select("desired_wrench").source):
         block = wiring.blocks[target.block]
         inside = block.GetMyMutableContextFromRoot(point.context)
-        fix_port(block.get_input_port(target.index), inside, stepped)
+        fix_port(block.get_input_port(target.port), inside, stepped)
     answer = TickLoop(point.diagram, point.context).run(["contact_wrench_l"], ticks)[:, entry]
     return (answer - start) / SIZES[entry]
 

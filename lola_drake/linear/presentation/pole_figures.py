@@ -20,9 +20,9 @@ def draw_z_plane(axes: Axes, analysis: Analysis) -> None:
     """Draw all poles, those of the root locus too, and the zeros from first input to output."""
     _unit_circle(axes, analysis.model.dt)
     if analysis.locus:
-        colours = _colours(analysis.locus)
-        for value, z in zip(analysis.locus.values, analysis.locus.poles, strict=True):
-            axes.plot(*_upper(z), "o", ms=2.5, mew=0, color=colours.to_rgba(value))
+        shades = _colours(analysis.locus).to_rgba(np.array(analysis.locus.values))
+        for shade, z in zip(shades, analysis.locus.poles, strict=True):
+            axes.plot(*_upper(z), "o", ms=2.5, mew=0, color=shade)
     z = np.array([pole.z for pole in analysis.poles])
     model = analysis.model
     # Those far outside come from sampling: there is one for nearly every pole.
@@ -41,8 +41,9 @@ def draw_s_plane(axes: Axes, analysis: Analysis) -> None:
     axes.plot(*_slow(nominal, dt), "x", color=INK, ms=4.5, mew=1.0)
     if locus:
         colours = _colours(locus)
-        for value, z in zip(locus.values, locus.poles, strict=True):
-            axes.plot(*_slow(z, dt), "o", ms=3.5, mew=0, color=colours.to_rgba(value))
+        shades = colours.to_rgba(np.array(locus.values))
+        for value, shade, z in zip(locus.values, shades, locus.poles, strict=True):
+            axes.plot(*_slow(z, dt), "o", ms=3.5, mew=0, color=shade)
             if np.isclose(value, locus.nominal):
                 axes.plot(*_slow(z, dt), "o", mfc="none", color=INK, ms=6, mew=0.7)
         bar = axes.figure.colorbar(colours, ax=axes, label=locus.key, pad=0.01)

@@ -127,8 +127,8 @@ def multipliers_figure(maps: dict[str, StrideMap]) -> Figure:
         for row, m in zip(rows, named, strict=True):
             bars.text(1.1 * abs(m.value), row, m.dominating, fontsize=6.5, va="center")
     decades = range(round(np.log10(SMALLEST)), 1)
-    plane.set_rlim(decades[0], 0.2)
-    plane.set_rticks(list(decades), labels=[f"$10^{{{d}}}$" if d else "1" for d in decades])
+    plane.set_ylim(decades[0], 0.2)
+    plane.set_yticks(list(decades), labels=[f"$10^{{{d}}}$" if d else "1" for d in decades])
     plane.plot(np.linspace(0, 2 * np.pi, 200), np.zeros(200), color=LIMIT, lw=0.9)
     plane.set_title("all, over a logarithmic radius")
     plane.legend(loc="upper center", bbox_to_anchor=(0.5, -0.08), fontsize=7)

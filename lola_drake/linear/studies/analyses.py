@@ -1,6 +1,7 @@
 """Named analyses at an operating point: poles, margins, responses, root locus, tables."""
 
 from dataclasses import dataclass
+from typing import Any
 
 import control
 import numpy as np
@@ -172,7 +173,7 @@ def settled_step(
 
 def value_of(scenario: Scenario, key: str) -> float:
     """Return the number that a dotted key of a scenario means."""
-    value: object = scenario
+    value: Any = scenario
     for name in key.split("."):
         value = getattr(value, name)
     return float(value)

@@ -20,7 +20,7 @@ from scipy.linalg import block_diag
 from lola_drake.linear.interconnection import Matrices
 from lola_drake.linear.studies.workpoint import Workpoint
 from lola_drake.linear.wiring import Selection
-from lola_drake.signals import TORSO_ORIENTATION
+from lola_drake.signals import PERIOD, TORSO_ORIENTATION
 
 
 @dataclass(frozen=True)
@@ -64,7 +64,7 @@ def with_torso(
     n = rigid.B.shape[1] - TORSO_ORIENTATION.size
     B, B_imu, C, C_imu = rigid.B[:, :n], rigid.B[:, n:], rigid.C[:n], rigid.C[n:]
     D, D_imu = rigid.D[:n, :n], rigid.D[:n, n:]
-    path = torso.path(workpoint.blocks.period)
+    path = torso.path(PERIOD)
     Ap, Bp, Cp, Dp = (
         block_diag(*[M] * TORSO_ORIENTATION.size) for M in (path.A, path.B, path.C, path.D)
     )

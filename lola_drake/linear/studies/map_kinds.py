@@ -40,8 +40,8 @@ class Axis:
 
     def shown(self, scenario: Scenario, values: Sequence[float] | None = None) -> np.ndarray:
         """Return what is shown for the axis's values, or for others; shape (n,)."""
-        values = np.array(self.values if values is None else values)
-        return value_of(scenario, self.over) / values if self.over else self.factor * values
+        found = np.array(self.values if values is None else values)
+        return value_of(scenario, self.over) / found if self.over else self.factor * found
 
 
 @dataclass(frozen=True)

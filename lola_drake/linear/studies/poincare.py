@@ -238,7 +238,7 @@ def converged_step(
         step: float(np.linalg.norm(found[k + 1] - found[k]) / np.linalg.norm(found[k]))
         for k, step in enumerate(TRIED[1:])
     }
-    return min(changes, key=changes.get), changes
+    return min(changes, key=changes.__getitem__), changes
 
 
 def fly(

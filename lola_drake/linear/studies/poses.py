@@ -108,7 +108,7 @@ def _fix_plan(wiring: Wiring, context: Context, plan: dict[str, np.ndarray]) -> 
         source: Source = wiring.select(name).source
         for target in wiring.targets(source):
             block = wiring.blocks[target.block]
-            fix_port(block.get_input_port(target.index), own_context(block, context), value)
+            fix_port(block.get_input_port(target.port), own_context(block, context), value)
 
 
 def _put_posture(wiring, context, q, w, kinematics, scenario, shares) -> None:

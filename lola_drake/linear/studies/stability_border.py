@@ -16,6 +16,7 @@ from lola_drake.linear.studies.workpoint import Workpoint, make_workpoint
 from lola_drake.linear.tick_loop import TickLoop
 from lola_drake.linear.wiring import Wiring
 from lola_drake.scenario import Scenario
+from lola_drake.signals import PERIOD
 
 RANGE = (0.002, 0.1)
 """Within which the border is looked for (s)."""
@@ -43,7 +44,7 @@ def predicted_border(workpoint: Workpoint, accuracy: float = 0.002) -> float:
     """
 
     def is_stable(delta: float) -> bool:
-        return growth_rate(workpoint.varied({DELTA: delta})) <= UNSTABLE / workpoint.blocks.period
+        return growth_rate(workpoint.varied({DELTA: delta})) <= UNSTABLE / PERIOD
 
     return _smallest(is_stable, accuracy)
 

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 
 import control
 import numpy as np
@@ -17,6 +18,7 @@ from lola_drake.linear.studies.map_kinds import DELTA, GAIN, SETTINGS, SHARE, Ma
 from lola_drake.linear.studies.workpoint import Workpoint, make_workpoint
 from lola_drake.linear.text_table import Table
 from lola_drake.scenario import Scenario, override
+from lola_drake.signals import PERIOD
 
 LOOP = "measured_wrench"
 """Where the loop is opened for the margin."""
@@ -94,8 +96,8 @@ class StabilityMap:
 
     def _settings_table(self) -> Table:
         """Return what the paper's settings do as a table."""
-        header = ("", "δ (ms)", "g_a", "growth (1/s)", "stable")
-        rows = [
+        header: tuple[str, ...] = ("", "δ (ms)", "g_a", "growth (1/s)", "stable")
+        rows: list[tuple[str, ...]] = [
             (
                 name,
                 f"{1e3 * SETTINGS[name][DELTA]:g}",
@@ -184,8 +186,8 @@ def growth_rates(workpoint: Workpoint, torso: FlexibleTorso | None = None) -> np
     """Return the growth of the slow and of the fast motions (1/s), the largest of each; (2,)."""
     z = np.linalg.eigvals(with_torso(workpoint, torso).A)
     z = z[(np.abs(z - 1) >= UNSTABLE) & (z != 0)]
-    growth = np.log(np.abs(z)) / workpoint.blocks.period
-    fast = np.abs(np.angle(z)) > 2 * np.pi * FAST * workpoint.blocks.period
+    growth = np.log(np.abs(z)) / PERIOD
+    fast = np.abs(np.angle(z)) > 2 * np.pi * FAST * PERIOD
     return np.array([growth[~fast].max(initial=-np.inf), growth[fast].max(initial=-np.inf)])
 
 
@@ -198,9 +200,7 @@ def finer(values: np.ndarray) -> np.ndarray:
     """Return values with `FINE` - 1 more, linearly interpolated, between two along every axis."""
     for axis, n in enumerate(values.shape):
         place = np.linspace(0, n - 1, FINE * (n - 1) + 1)
-        values = np.apply_along_axis(
-            lambda v, p=place: np.interp(p, range(len(v)), v), axis, values
-        )
+        values = np.apply_along_axis(partial(np.interp, place, np.arange(n)), axis, values)
     return values
 
 
@@ -212,7 +212,7 @@ def _with(
 ) -> tuple[Scenario, FlexibleTorso | None]:
     """Return scenario and torso with one of their values changed."""
     if key == SHARE:
-        return scenario, replace(torso, share=value)
+        return scenario, replace(torso or FlexibleTorso(), share=value)
     return override(scenario, {key: value}), torso
 
 
@@ -228,26 +228,33 @@ def _row(
         workpoint = make_workpoint(scenario, at, _SIGNALS, _SIGNALS)
     except AnalysisError:
         n, unknown = len(kind.x.values), np.full(2, np.nan)
-        nowhere = {name: [] for name in ("", *compared)}
+        nowhere: dict[str, list] = {name: [] for name in ("", *compared)}
         return [unknown] * n, [np.nan] * n, {name: [unknown] * n for name in compared}, nowhere
-    disk, rates, spans = [], {}, {}
-    for name, changes in {"": {}, **compared}.items():
+    points, rates, spans = _along_x(kind, workpoint, torso, {})
+    # A margin costs far more than poles do: only where there is one.
+    disk = [
+        _disk_margin(point, torso) if rate.max() < 0 else 0.0
+        for point, rate in zip(points, rates, strict=True)
+    ]
+    other_rates, all_spans = {}, {"": spans}
+    for name, changes in compared.items():
+        _, other_rates[name], all_spans[name] = _along_x(kind, workpoint, torso, changes)
+    return rates, disk, other_rates, all_spans
 
-        def at_x(x: float, changes=changes) -> Workpoint:
-            return workpoint.varied({kind.x.key: x} | changes)
 
-        points = [at_x(x) for x in kind.x.values]
-        rates[name] = [growth_rates(point, torso) for point in points]
-        growth = np.max(rates[name], axis=1)
-        spans[name] = stable_spans(
-            kind.x.values, growth < 0, lambda x, at_x=at_x: growth_rate(at_x(x), torso) < 0
-        )
-        # A margin costs far more than poles do: only where there is one.
-        disk = disk or [
-            _disk_margin(point, torso) if stable else 0.0
-            for point, stable in zip(points, growth < 0, strict=True)
-        ]
-    return rates.pop(""), disk, rates, spans
+def _along_x(
+    kind: MapKind, workpoint: Workpoint, torso: FlexibleTorso | None, changes: dict[str, float]
+) -> tuple[list[Workpoint], list[np.ndarray], list[tuple[float, float]]]:
+    """Return the workpoints along x, their growth rates, and where it is stable."""
+
+    def at_x(x: float) -> Workpoint:
+        return workpoint.varied({kind.x.key: x} | changes)
+
+    points = [at_x(x) for x in kind.x.values]
+    rates = [growth_rates(point, torso) for point in points]
+    stable = np.max(rates, axis=1) < 0
+    spans = stable_spans(kind.x.values, stable, lambda x: growth_rate(at_x(x), torso) < 0)
+    return points, rates, spans
 
 
 def _disk_margin(workpoint: Workpoint, torso: FlexibleTorso | None) -> float:
@@ -259,7 +266,7 @@ def _disk_margin(workpoint: Workpoint, torso: FlexibleTorso | None) -> float:
         matrices.B[kept],
         -matrices.C[:, kept],
         -matrices.D,
-        workpoint.blocks.period,
+        PERIOD,
         remove_useless_states=False,
     )
     found = matrix_margins(loop, 20)

@@ -4,6 +4,7 @@ from collections.abc import Sequence
 
 import control
 import numpy as np
+from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import JacobianWrtVariable
 
 from lola_drake.controller import initial_stance, pads_matrix, servo_compliances
@@ -14,7 +15,7 @@ from lola_drake.linear.studies.workpoint import Workpoint
 from lola_drake.linear.text_table import Table
 from lola_drake.robot import PADS, Kinematics
 from lola_drake.scenario import Scenario
-from lola_drake.signals import JOINTS
+from lola_drake.signals import JOINTS, PERIOD
 from lola_drake.theory.contact_model import command_gradient, contact_matrix
 
 CONTACT_FREQUENCIES = (1.0, 5.0, 10.0, 20.0)
@@ -70,7 +71,7 @@ def controllers_gradient(scenario: Scenario) -> np.ndarray:
 
 
 def contact_responses(
-    workpoint: Workpoint, frequencies: Sequence[float]
+    workpoint: Workpoint, frequencies: Sequence[float] | np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return the wrench of the left foot over its TCP's motion, and over the commanded motion.
 
@@ -94,7 +95,7 @@ def contact_responses(
 
 def _observing_tcp(workpoint: Workpoint, model: control.StateSpace) -> control.StateSpace:
     """Return the model with the TCP's sines and height in W as further outputs."""
-    plant = workpoint.blocks.wiring.blocks["plant"]
+    plant: MultibodyPlant = workpoint.situation.diagram.GetSubsystemByName("plant")
     jacobian = plant.CalcJacobianSpatialVelocity(
         own_context(plant, workpoint.situation.context),
         JacobianWrtVariable.kV,
@@ -119,8 +120,8 @@ def _observing_tcp(workpoint: Workpoint, model: control.StateSpace) -> control.S
 def servo_table(workpoint: Workpoint) -> Table:
     """Return the bandwidth of every leg joint: angle over commanded angle, the rate fed forward."""
     frequencies = np.geomspace(0.5, 200.0, 150)
-    z = np.exp(2j * np.pi * frequencies * workpoint.blocks.period)
-    rate = (z - 1) / workpoint.blocks.period
+    z = np.exp(2j * np.pi * frequencies * PERIOD)
+    rate = (z - 1) / PERIOD
     opened, rows = workpoint.select(["joint_command"]), []
     for joint in _LEG_JOINTS:
         names = [f"joint_command.{kind}.{joint}" for kind in ("q", "q_dot")]

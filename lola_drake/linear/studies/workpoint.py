@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
+from typing import Any
 
 from lola_drake.linear.interconnection import LinearBlocks
 from lola_drake.linear.linear_blocks import is_held, linear_blocks
@@ -32,7 +33,7 @@ class Workpoint:
 
     def select(self, names: Iterable[str]) -> list[Selection]:
         """Return the entries of signals by their names."""
-        return [self.blocks.select(name) for name in names]
+        return [self.blocks.wiring.select(name) for name in names]
 
     def varied(self, changes: Mapping[str, object]) -> "Workpoint":
         """Return the workpoint of the scenario with some parameters changed.
@@ -51,7 +52,7 @@ class Workpoint:
     def _owners(self, key: str) -> list[str]:
         """Return the blocks that a parameter belongs to; none if more than they depend on it."""
         parent, _, name = key.rpartition(".")
-        params = self.scenario
+        params: Any = self.scenario
         for part in parent.split(".") if parent else ():
             params = getattr(params, part, None)
         return [
