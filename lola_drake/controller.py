@@ -81,7 +81,7 @@ def controller_blocks(
         scenario: its parameters.
         kinematics: the controller's model of the robot.
         stance: how the robot stands at the start.
-        steps: (forward, left, turn) per step, shape (n, 3); None to follow `walk_command`.
+        steps: (forward, left, turn, up) per step, shape (n, 4); None to follow `walk_command`.
     """
     control = scenario.active_control()
     motion = _configuration_space if scenario.variant == "original" else _task_space

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from lola_drake.logged import COM_POSITION, TORSO_POSE
+from lola_drake.logged import COM_POSITION, FOOT_POSE, TORSO_POSE
 from lola_drake.signals import (
     CONTACT_WRENCH,
     DESIRED_WRENCH,
@@ -18,6 +18,8 @@ from lola_drake.signals import (
     MODIFIED_WRENCH,
     TASK_COMMAND,
 )
+from lola_drake.theory.footholds import SOLE
+from lola_drake.theory.rectangles import TOUCH
 
 SETTLED = 0.5
 """The first half second does not count: the robot is set down on its feet."""
@@ -42,6 +44,9 @@ UNSETTLED = {
     "max_com_vertical_acceleration_m_per_s2": None,
 }
 """What cannot be said of a run that ends before it has settled."""
+
+FOOT_HEIGHT = 0.1
+"""From the sole to the ankle (m): what of one foot another one may meet."""
 
 Signals = Mapping[str, np.ndarray]
 
@@ -82,6 +87,7 @@ def metrics(times: np.ndarray, signals: Signals, limits: Limits) -> dict[str, ob
         "rms_torque_error_modified_Nm": rms(modified_torque_error(signals)[counted]),
         "max_foot_force_N": max_foot_force([force[settled] for force in forces]),
         "max_slip_m": max(map(max_slip, feet, forces)),
+        "steps_with_feet_colliding": int(feet_colliding(*feet).sum()),
         "settling_time_s": settling_time(times[settled], torso[settled]),
         "max_com_vertical_acceleration_m_per_s2": float(np.abs(lifting[settled]).max(initial=0.0)),
         "drive_work_J": drive_work(times[counted], signals["joint_torque"][counted], speed),
@@ -244,6 +250,26 @@ def drive_work(times: np.ndarray, torque: np.ndarray, speed: np.ndarray) -> floa
         speed: of the joints (rad/s), shape (n, 24).
     """
     return float(np.trapezoid(np.abs(torque * speed).sum(axis=1), times))
+
+
+def feet_colliding(left: np.ndarray, right: np.ndarray) -> np.ndarray:
+    """Return where two feet that do not know of each other in the plant are one in the other.
+
+    Their soles overlap, seen from above, and lie no further apart in height than a foot is high.
+
+    Args:
+        left: pose of the TCP, shape (n, 6).
+        right: the same of the other foot.
+    """
+    apart, half = right[:, :2] - left[:, :2], np.divide(SOLE, 2)
+    yaws = [pose[:, FOOT_POSE.slice("rpy").stop - 1] for pose in (left, right)]
+    colliding = np.abs(right[:, 2] - left[:, 2]) < FOOT_HEIGHT
+    # One of a rectangle's sides keeps the other out, or none does.
+    for direction in (yaws[0], yaws[0] + np.pi / 2, yaws[1], yaws[1] + np.pi / 2):
+        seen = [half @ np.abs([np.cos(direction - yaw), np.sin(direction - yaw)]) for yaw in yaws]
+        distance = np.abs(apart[:, 0] * np.cos(direction) + apart[:, 1] * np.sin(direction))
+        colliding &= distance < sum(seen) - TOUCH
+    return colliding
 
 
 def steps_beyond_limits(signals: Signals, limits: Limits) -> dict[str, int]:

@@ -57,12 +57,16 @@ class StartPose:
 
 @dataclass(frozen=True)
 class StepGroup:
-    """A number of equal steps; each moves the robot's frame once by length, sideways and turn."""
+    """A number of equal steps; each moves the robot's frame once by length, sideways and turn.
+
+    A foot that would come down on the other one takes a closing step in place before.
+    """
 
     count: int = parameter(1, "how many such steps", "", minimum=1, maximum=10000)
     length: float = parameter(0.0, "forward per step", "m", minimum=-0.55, maximum=0.55)
     sideways: float = parameter(0.0, "to the left per step", "m", minimum=-0.3, maximum=0.3)
     turn_deg: float = parameter(0.0, "to the left per step", "deg", minimum=-45, maximum=45)
+    height: float = parameter(0.0, "upward per step, as on stairs", "m", minimum=-0.2, maximum=0.2)
 
     def __post_init__(self):
         validate(self)
@@ -179,8 +183,8 @@ class Scenario:
             raise ParameterError("name", self.name, "usable as the name of a folder")
         width = self.pattern.step_width
         check_start(self.start, width, self.ground)
-        check_steps(self.walk.steps, width)
-        check_command(self.walk.command, self.pattern.step_time, width)
+        check_steps(self.walk.steps)
+        check_command(self.walk.command, self.pattern.step_time)
 
     def __repr__(self):
         return f"<Scenario {self.name} ({self.variant}): {self.duration:g} s, seed {self.seed}>"

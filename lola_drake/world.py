@@ -3,6 +3,7 @@
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
+from itertools import islice
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -89,7 +90,8 @@ def make_world(
         plant.Finalize()
         set_start(plant, scenario.start, scenario.ground, stance.q, stance.p_PT)
     sensors = _sensor_blocks(scenario, kinematics)
-    controller = controller_blocks(scenario, kinematics, stance, planned_steps(scenario.walk))
+    most = 1 + int(scenario.duration / scenario.pattern.step_time)
+    controller = controller_blocks(scenario, kinematics, stance, planned_steps(scenario.walk, most))
     all_blocks = swapped(sensors | controller, load_laws(scenario.blocks) | dict(blocks or {}))
     return World(
         builder,
@@ -227,17 +229,21 @@ def _plant_ports(plant: MultibodyPlant) -> dict[str, OutputPort]:
     }
 
 
-def planned_steps(walk: Walk) -> np.ndarray | None:
-    """Return (forward, left, turn) of every planned step, shape (n, 3); None without a plan."""
+def planned_steps(walk: Walk, most: int) -> np.ndarray | None:
+    """Return (forward, left, turn, up) of every planned step, shape (n, 4); None without a plan.
+
+    Args:
+        walk: where to walk.
+        most: steps that there is time for.
+    """
     if not walk.steps:
         return None
-    return np.array(
-        [
-            (group.length, group.sideways, np.deg2rad(group.turn_deg))
-            for group in walk.steps
-            for _ in range(group.count)
-        ]
+    steps = (
+        (group.length, group.sideways, np.deg2rad(group.turn_deg), group.height)
+        for group in walk.steps
+        for _ in range(group.count)
     )
+    return np.array(list(islice(steps, most)))
 
 
 def _command_source(walk: Walk) -> System:

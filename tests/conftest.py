@@ -49,7 +49,7 @@ def make_result():
 def play_pattern():
     """Return a function that plays a walking pattern alone, tick by tick.
 
-    It takes the steps (forward, left, turn) or None, the command by time, and parameters of the
+    It takes the steps (forward, left, turn, up) or None, the command by time, and parameters of the
     pattern; it returns the signals by name, one row per tick.
     """
     from ticking import Ticking
@@ -77,7 +77,7 @@ def play_pattern():
 @pytest.fixture(scope="session")
 def straight_walk(play_pattern):
     """Return the signals of a pattern that starts, takes five steps and stands again."""
-    return play_pattern(7500, steps=np.tile([0.3333, 0.0, 0.0], (5, 1)))
+    return play_pattern(7500, steps=np.tile([0.3333, 0.0, 0.0, 0.0], (5, 1)))
 
 
 @pytest.fixture(scope="session")

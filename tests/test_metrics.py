@@ -28,6 +28,32 @@ def test_standing_goes_nowhere(make_result):
     assert result.metrics["mean_speed_m_per_s"] == 0.0
 
 
+@pytest.mark.parametrize(
+    ("x", "y", "z", "yaw", "collides"),
+    [
+        (0.0, -0.219, 0.0, 0.0, True),
+        (0.0, -0.221, 0.0, 0.0, False),
+        (0.269, -0.1, 0.0, 0.0, True),
+        (0.271, -0.1, 0.0, 0.0, False),
+        (0.0, -0.1, 0.099, 0.0, True),
+        (0.0, -0.1, -0.101, 0.0, False),
+        # Turned by 45 deg, corner to corner, a foot needs more room, and on its long side less.
+        (0.0, -0.26, 0.0, np.pi / 4, True),
+        (0.28, -0.28, 0.0, np.pi / 4, False),
+        (0.18, -0.18, 0.0, np.pi / 4, True),
+    ],
+)
+def test_feet_collide_where_their_soles_overlap(x, y, z, yaw, collides):
+    left, right = (
+        np.array([[1.0, 2.0, 0.5, 0, 0, 0.3]]),
+        np.array([[0, 0, 0.5 + z, 0, 0, 0.3 + yaw]]),
+    )
+    c, s = np.cos(0.3), np.sin(0.3)
+    right[0, :2] = left[0, :2] + [c * x - s * y, s * x + c * y]
+    assert metrics.feet_colliding(left, right).tolist() == [collides]
+    assert metrics.feet_colliding(right, left).tolist() == [collides]
+
+
 def test_a_curve_has_the_length_of_the_curve(make_result):
     result = make_result(steps=12)
     torso = result.signals["torso_pose"].copy()

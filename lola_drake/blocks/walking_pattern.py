@@ -28,7 +28,18 @@ from lola_drake.signals import (
     Field,
     Signal,
 )
-from lola_drake.theory.gait import LEFT, RIGHT, GaitTiming, advance, foothold
+from lola_drake.theory.footholds import (
+    LEFT,
+    RIGHT,
+    UP,
+    advance,
+    first_foot,
+    foothold,
+    limited_step,
+    paired_steps,
+    with_closing_steps,
+)
+from lola_drake.theory.gait import GaitTiming
 from lola_drake.theory.leg_masses import LegModel
 from lola_drake.theory.step_plan import PatternModel, StepPlan, plan_step, zmp_shift
 from lola_drake.theory.step_request import (
@@ -182,11 +193,12 @@ class WalkingPattern(Block):
         Args:
             params: the gait.
             legs: lumped masses of the robot.
-            steps: (forward, left, turn) of each step in m and rad, shape (n, 3); None to follow
-                the command.
+            steps: (forward, left, turn, up) of each step in m and rad, shape (n, 4); None to follow
+                the command. A foot that would come upon the other one closes first.
             start_time: when the first of `steps` begins (s).
         """
-        self._steps, self._start_time = steps, start_time
+        self._steps = None if steps is None else with_closing_steps(steps, params.step_width)
+        self._start_time = start_time
         self.model = PatternModel(
             timing=params.timing(),
             legs=legs,
@@ -233,19 +245,23 @@ class WalkingPattern(Block):
         swinging = plan.lift_off < np.inf
         if swinging and self._touches_early(contact, request, plan, row):
             return self.after_early_contact(now, command, request, plan, row)
-        if row + 1 < last and (swinging or not len(self._next(now, command, request.step_index))):
+        if swinging and row + 1 < last:
+            return None
+        step_index = request.step_index + swinging
+        swing = 1 - request.swing if swinging else request.swing
+        standing = plan.load == 0.5
+        swing, coming = self._next(now, command, step_index, swing, standing)
+        if row + 1 < last and not len(coming):
             return None
         row = min(row + 1, last)
-        step_index = request.step_index + swinging
-        coming = self._next(now, command, step_index)
-        standing = plan.load == 0.5
         first = self.params.first_double_support if standing else self.params.double_support
         return replace(
             continued(request, plan, row),
             step_index=step_index,
-            swing=1 - request.swing if swinging else request.swing,
+            swing=swing,
             load=plan.load,
             path=plan.path,
+            ground=request.ground + rise(request),
             support=first,
             displacements=coming,
         )
@@ -271,27 +287,46 @@ class WalkingPattern(Block):
         """
         stopped, behind = continued(request, plan, row), self.params.ground_behind
         foot, side = stopped.feet[request.swing], 1.0 if request.swing == LEFT else -1.0
+        planned, swing = request.ground + rise(request), 1 - request.swing
         landed = replace(
             stopped,
             step_index=request.step_index + 1,
-            swing=1 - request.swing,
+            swing=swing,
             load=float(request.swing == RIGHT),
             path=advance(foot[[0, 1, 3]], np.array([0.0, -side * self.params.step_width / 2, 0.0])),
-            ground=request.ground + behind * (foot[2] - request.ground),
-            displacements=self._next(now, command, request.step_index + 1),
+            ground=planned + behind * (foot[2] - planned),
+            displacements=self._next(now, command, request.step_index + 1, swing, False)[1],
         )
         candidates = [replace(landed, support=support) for support in RESET_SUPPORTS]
         shifts = [np.abs(zmp_shift(self.model, c)).max() for c in candidates]
         return candidates[int(np.argmin(shifts))]
 
-    def _next(self, now, command, step_index: int) -> np.ndarray:
-        """Return the displacements of the next steps that are asked for, at most the horizon."""
-        if self._steps is None:
-            moving = bool(np.any(command))
-            return np.tile(command * self.params.step_time, (HORIZON if moving else 0, 1))
-        if now < self._start_time - 0.5 * PERIOD:
-            return np.zeros((0, 3))
-        return self._steps[step_index : step_index + HORIZON]
+    def _next(
+        self, now, command, step_index: int, swing: int, standing: bool
+    ) -> tuple[int, np.ndarray]:
+        """Return the foot that goes next, and the next steps, at most the horizon.
+
+        From standing it is the foot on the side to which it goes, where the other one would be in
+        its way.
+        """
+        width = self.params.step_width
+        if self._steps is not None:
+            begun = now >= self._start_time - 0.5 * PERIOD
+            steps = self._steps[step_index : step_index + HORIZON] if begun else np.zeros((0, 4))
+            if standing and len(steps):
+                swing = first_foot(steps[0], width, swing)
+            return swing, steps
+        step = limited_step(np.append(command * self.params.step_time, 0.0))
+        if not step.any():
+            return swing, np.zeros((0, 4))
+        if standing:
+            swing = first_foot(step, width, swing)
+        return swing, paired_steps(step, swing, HORIZON, width)
+
+
+def rise(request: StepRequest) -> float:
+    """Return by how much the step that begins goes up (m)."""
+    return float(request.displacements[0, UP]) if len(request.displacements) else 0.0
 
 
 def continued(request: StepRequest, plan: StepPlan, row: int) -> StepRequest:
@@ -327,5 +362,5 @@ def standing_request(params: WalkingPatternParams) -> StepRequest:
         heading=0.0,
         support=params.first_double_support,
         blend=np.ones(2),
-        displacements=np.zeros((0, 3)),
+        displacements=np.zeros((0, 4)),
     )

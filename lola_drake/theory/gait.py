@@ -10,12 +10,26 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from lola_drake.theory.footholds import (
+    LEFT,
+    MOST_OPEN,
+    RIGHT,
+    UP,
+    advance,
+    clear_foothold,
+    detour,
+    foothold,
+)
 from lola_drake.theory.smooth import linear, quintic
-
-LEFT, RIGHT = 0, 1
 
 FOOT, TOE, HEADING, HEIGHT, MOTION_SIZE = (slice(0, 4), slice(4, 8)), (8, 9), 10, 11, 12
 """Where a schedule's motion has the feet's poses, the toes' lifts, the yaw and the CoM's height."""
+
+PLACE = [0, 1, 3]
+"""Where a foot's pose has x, y and yaw."""
+
+MOST_TURNED = MOST_OPEN / 2
+"""How far the torso may be turned against the stance foot (rad)."""
 
 
 @dataclass
@@ -90,19 +104,6 @@ class Schedule:
     end: float = 0.0
 
 
-def advance(path: np.ndarray, displacement: np.ndarray) -> np.ndarray:
-    """Return the frame (x, y, yaw) moved by a displacement (forward, left, turn)."""
-    x, y, yaw = path
-    c, s = np.cos(yaw), np.sin(yaw)
-    forward, left, turn = displacement
-    return np.array([x + c * forward - s * left, y + s * forward + c * left, yaw + turn])
-
-
-def foothold(path: np.ndarray, foot: int, width: float) -> np.ndarray:
-    """Return where a foot stands (x, y, yaw) when the robot's frame is at `path`."""
-    return advance(path, np.array([0.0, width / 2 if foot == LEFT else -width / 2, 0.0]))
-
-
 def make_schedule(
     timing: GaitTiming,
     feet: tuple[np.ndarray, np.ndarray],
@@ -127,22 +128,24 @@ def make_schedule(
         ground: height at which the coming footholds are expected (m).
         swing: which foot swings first.
         support: duration of the first double support (s).
-        displacements: one row (forward, left, turn) per step, shape (n, 3).
+        displacements: one row (forward, left, turn, up) per step, shape (n, 4).
 
     Returns:
         The schedule, time 0 being now. The feet are side by side at its end; a closing step is
-        added where that needs one.
+        added where that needs one, and a second one where the last foothold had to make room.
     """
     plan = Schedule(
         motion=Profile(np.array([*feet[LEFT], *feet[RIGHT], 0.0, 0.0, heading, height])),
         load=Profile(np.array([load]), transition=linear),
     )
     for displacement in displacements:
-        path = advance(path, displacement)
+        path, ground = advance(path, displacement[:UP]), ground + displacement[UP]
         _add_step(plan, timing, support, swing, path, ground)
         support, swing = timing.double_support, 1 - swing
-    if not _side_by_side(plan, timing, path, swing):
-        _add_step(plan, timing, support, swing, path, ground)
+    for _ in (LEFT, RIGHT):
+        if not _side_by_side(plan, timing, path, swing):
+            _add_step(plan, timing, support, swing, path, ground)
+            support, swing = timing.double_support, 1 - swing
     settled = plan.end + timing.last_double_support
     plan.load.add(plan.end, settled, 0.5 - plan.load.end)
     plan.end = settled
@@ -151,7 +154,7 @@ def make_schedule(
 
 def _side_by_side(plan: Schedule, timing: GaitTiming, path: np.ndarray, foot: int) -> bool:
     target = foothold(path, foot, timing.step_width)
-    return bool(np.abs(plan.motion.end[FOOT[foot]][[0, 1, 3]] - target).max() < 1e-9)
+    return bool(np.abs(plan.motion.end[FOOT[foot]][PLACE] - target).max() < 1e-9)
 
 
 def _add_step(
@@ -168,19 +171,49 @@ def _add_step(
     up, down = middle - timing.plateau * duration / 2, middle + timing.plateau * duration / 2
     plan.load.add(plan.end, lift_off, float(swing == RIGHT) - plan.load.end)
     end = plan.motion.end
-    x, y, yaw = foothold(path, swing, timing.step_width)
-    z, stance_z = end[FOOT[swing]][2], end[FOOT[1 - swing]][2]
+    stance_x, stance_y, stance_z, stance_yaw = end[FOOT[1 - swing]]
+    standing = np.array([stance_x, stance_y, stance_yaw])
+    x, y, yaw = clear_foothold(path, swing, timing.step_width, standing)
+    heading = min(max(path[2], stance_yaw - MOST_TURNED), stance_yaw + MOST_TURNED)
+    z = end[FOOT[swing]][2]
     top, level = max(z, stance_z, ground) + timing.step_height, (stance_z + ground) / 2
     across, rise, fall, body = np.zeros((4, MOTION_SIZE))
     across[FOOT[swing]] = [x, y, z, yaw] - end[FOOT[swing]]
     rise[FOOT[swing]], rise[TOE[swing]] = [0.0, 0.0, top - z, 0.0], timing.toe_lift
     fall[FOOT[swing]], fall[TOE[swing]] = [0.0, 0.0, ground - top, 0.0], -timing.toe_lift
-    body[HEADING], body[HEIGHT] = path[2] - end[HEADING], timing.com_height + level - end[HEIGHT]
+    body[HEADING], body[HEIGHT] = heading - end[HEADING], timing.com_height + level - end[HEIGHT]
     lead, lag = timing.horizontal_lead * duration, timing.horizontal_lag * duration
     plan.motion.add(lift_off + lead, touchdown - lag, across)
+    way = (lift_off + lead, touchdown - lag, across[FOOT[swing]][PLACE])
+    _add_detour(plan, swing, standing, end[FOOT[swing]][PLACE], way, (lift_off, touchdown))
     plan.motion.add(lift_off, up, rise)
     plan.motion.add(down, touchdown, fall)
     plan.motion.add(lift_off, touchdown, body)
     plan.swings.append((swing, lift_off, touchdown))
     plan.path.append(path)
     plan.end = touchdown
+
+
+def _add_detour(
+    plan: Schedule,
+    swing: int,
+    standing: np.ndarray,
+    start: np.ndarray,
+    across: tuple[float, float, np.ndarray],
+    times: tuple[float, float],
+) -> None:
+    """Let the swing foot bow outward where its direct way would lead through the standing foot."""
+    lift_off, touchdown = times
+    middle, time = (lift_off + touchdown) / 2, np.linspace(lift_off, touchdown, 13)[2:-2]
+    t_from, t_to, change = across
+    done = quintic((time - t_from) / (t_to - t_from))[0]
+    out = np.minimum(*(quintic((time - at) / (middle - at))[0] for at in times))
+    ways = start + done[:, None] * change
+    size = detour(ways, out, swing, standing)
+    if size > 0:
+        side = 1.0 if swing == LEFT else -1.0
+        bow = np.zeros(MOTION_SIZE)
+        yaw = standing[2]
+        bow[FOOT[swing]][:2] = side * size * np.array([-np.sin(yaw), np.cos(yaw)])
+        plan.motion.add(lift_off, middle, bow)
+        plan.motion.add(middle, touchdown, -bow)

@@ -1,5 +1,6 @@
 """Rectangles on the ground, such as boards and soles, and whether they lie on each other."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from math import cos, sin
 
@@ -32,11 +33,31 @@ class Rectangle:
 
     def overlaps(self, other: "Rectangle") -> bool:
         """Return whether both have a part in common: no side of one keeps the other out."""
+        return all(
+            max(mine) - min(its) >= TOUCH and max(its) - min(mine) >= TOUCH
+            for _, mine, its in self._shadows(other)
+        )
+
+    def way_out(self, other: "Rectangle", direction: float) -> float:
+        """Return how far it has to be moved in a direction (rad) until it lies beside the other.
+
+        It is 0 where they do not overlap.
+        """
+        if not self.overlaps(other):
+            return 0.0
+        ways = []
+        for (u, v), mine, its in self._shadows(other):
+            along = u * cos(direction) + v * sin(direction)
+            if abs(along) > TOUCH:
+                to_go = max(its) - min(mine) if along > 0 else max(mine) - min(its)
+                ways.append(to_go / abs(along))
+        return min(ways)
+
+    def _shadows(self, other: "Rectangle") -> Iterator[tuple[tuple, list[float], list[float]]]:
+        """Yield both rectangles' corners as seen along each of their sides, with its direction."""
         corners = self.corners(), other.corners()
         for rectangle in (self, other):
             c, s = cos(rectangle.heading), sin(rectangle.heading)
             for u, v in ((c, s), (-s, c)):
                 mine, its = ([u * x + v * y for x, y in points] for points in corners)
-                if max(mine) - min(its) < TOUCH or max(its) - min(mine) < TOUCH:
-                    return False
-        return True
+                yield (u, v), mine, its

@@ -17,7 +17,8 @@ from lola_drake.signals import (
     Signal,
 )
 from lola_drake.theory.constants import GRAVITY
-from lola_drake.theory.gait import LEFT, RIGHT, Schedule
+from lola_drake.theory.footholds import LEFT, RIGHT
+from lola_drake.theory.gait import Schedule
 from lola_drake.theory.horizon import (
     PatternModel,
     Sampled,

@@ -7,7 +7,7 @@ import numpy as np
 HORIZON = 3
 """Steps planned ahead; as on LOLA (interface headers, 2018)."""
 
-REQUEST_SIZE = 27 + 3 * HORIZON
+REQUEST_SIZE = 27 + 4 * HORIZON
 """Numbers in a packed request."""
 
 
@@ -23,11 +23,11 @@ class StepRequest:
         com, com_velocity: the plan's CoM at the start in P (m, m/s), shape (3,).
         feet: TCP poses x, y, z, yaw in P, left and right, each of shape (4,).
         path: the robot's frame on the ground x, y (m), yaw (rad).
-        ground: height in P at which the coming footholds are expected (m).
+        ground: height in P from which the coming steps go up (m).
         heading: the torso's yaw at the start (rad).
         support: duration of the double support that begins the step (s).
         blend: b_f of the left and right foot at the start, shape (2,).
-        displacements: (forward, left, turn) of the coming steps, shape (n, 3); none to stand.
+        displacements: (forward, left, turn, up) of the coming steps, shape (n, 4); none to stand.
     """
 
     start_time: float
@@ -47,7 +47,7 @@ class StepRequest:
 
 def pack_request(request: StepRequest) -> np.ndarray:
     """Return the request as a vector of fixed size."""
-    displacements = np.zeros((HORIZON, 3))
+    displacements = np.zeros((HORIZON, 4))
     displacements[: len(request.displacements)] = request.displacements
     return np.concatenate(
         [
@@ -84,5 +84,5 @@ def unpack_request(vector: np.ndarray) -> StepRequest:
         heading=heading,
         support=support,
         blend=blend,
-        displacements=displacements.reshape(-1, 3)[: int(count[0])],
+        displacements=displacements.reshape(-1, 4)[: int(count[0])],
     )

@@ -22,7 +22,7 @@ from lola_drake.run import Run
 from lola_drake.scenario import DESCRIPTION, Scenario
 from lola_drake.signals import FEET, PERIOD
 from lola_drake.simulation import simulate
-from lola_drake.theory.gait import advance, foothold
+from lola_drake.theory.footholds import UP, advance, clear_foothold
 from lola_drake.view3d.controls import KEEP, PAUSE, REPLAY, STOP, Controls
 from lola_drake.view3d.frames import Frame, frame_samples, frames_at, frames_of
 from lola_drake.view3d.live_page import LivePage
@@ -276,10 +276,12 @@ def next_footsteps(scenario: Scenario, state: np.ndarray) -> dict[str, list[np.n
     request, start = unpack_request(state), scenario.start
     path, swing = request.path, request.swing
     base = scenario.ground.height_at(start.x, start.y) + request.ground
+    feet = [foot[[0, 1, 3]] for foot in request.feet]
     footsteps: dict[str, list[np.ndarray]] = {foot: [] for foot in FEET}
     for displacement in request.displacements:
-        path = advance(path, displacement)
-        x, y, yaw = foothold(path, swing, scenario.pattern.step_width)
+        path, base = advance(path, displacement[:UP]), base + displacement[UP]
+        width = scenario.pattern.step_width
+        x, y, yaw = feet[swing] = clear_foothold(path, swing, width, feet[1 - swing])
         place = to_world(scenario, np.array([[x, y]]))[0]
         footsteps[FEET[swing]].append(np.r_[place, base, yaw + np.deg2rad(start.heading_deg)])
         swing = 1 - swing

@@ -28,7 +28,7 @@ class Walker(Ticking):
     """A pattern generator; the ground is where it is planned."""
 
     def __init__(self, legs, **params):
-        steps = np.tile([0.3, 0.0, 0.0], (6, 1))
+        steps = np.tile([0.3, 0.0, 0.0, 0.0], (6, 1))
         super().__init__(
             WalkingPattern(WalkingPatternParams(**params), legs, steps=steps, start_time=0.0)
         )
@@ -60,7 +60,7 @@ class Walker(Ticking):
 
 
 def test_request_survives_packing():
-    request = replace(standing_request(WalkingPatternParams()), displacements=np.eye(3)[:2])
+    request = replace(standing_request(WalkingPatternParams()), displacements=np.eye(4)[:2])
     again = unpack_request(pack_request(request))
     assert np.array_equal(pack_request(again), pack_request(request))
     assert len(again.displacements) == 2

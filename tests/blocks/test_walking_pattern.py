@@ -6,6 +6,7 @@ import pytest
 from lola_drake.blocks.walking_pattern import WalkingPatternParams, standing_request
 from lola_drake.signals import GAIT_PHASE, IDEAL_WRENCH, PLANNED_MOTION, TASK_REFERENCE
 from lola_drake.theory.constants import GRAVITY
+from lola_drake.theory.footholds import sole
 from lola_drake.theory.step_request import HORIZON, pack_request, unpack_request
 
 DT = 0.001
@@ -95,6 +96,44 @@ def test_command_starts_steers_and_stops_the_walk(play_pattern):
     assert np.abs(field(rows, PLANNED_MOTION, "com_velocity")[-1]).max() < 2e-3
 
 
+@pytest.mark.parametrize("stop", [2.1, 2.5])
+@pytest.mark.parametrize("asked", [(0.5, 0.0, 0.0), (0.0, 0.18, 0.0), (0.0, 0.0, -0.49), (9, 9, 9)])
+def test_stops_within_two_steps_in_any_phase(play_pattern, asked, stop):
+    """The step that has begun is taken, and at most two follow; the feet are side by side then."""
+    rows = play_pattern(6000, command=lambda time: np.array(asked) * (0.5 < time < stop))
+    steps = field(rows, GAIT_PHASE, "step_index")[:, 0]
+    begun = steps[round(stop / DT)] + 1
+    assert begun <= steps[-1] <= begun + 2
+    np.testing.assert_allclose(field(rows, GAIT_PHASE, "load")[-1], 0.5)
+    left, right = (field(rows, PLANNED_MOTION, foot)[-1] for foot in ("foot_l", "foot_r"))
+    width = WalkingPatternParams().step_width
+    assert np.linalg.norm(left - right) == pytest.approx(width, abs=1e-6)
+    np.testing.assert_allclose(sole(left[[0, 1, 3]]).overlaps(sole(right[[0, 1, 3]])), False)
+    loaded = field(rows, GAIT_PHASE, "load").min(axis=1) > 0
+    poses = [field(rows, PLANNED_MOTION, foot)[loaded][::50] for foot in ("foot_l", "foot_r")]
+    for one, other in zip(*poses, strict=True):
+        assert not sole(one[[0, 1, 3]]).overlaps(sole(other[[0, 1, 3]]))
+
+
+def test_commands_turn_and_move_sideways_as_fast_as_asked(play_pattern):
+    rows = play_pattern(6000, command=lambda time: np.array([0.0, 0.1, 0.2]))
+    heading = field(rows, PLANNED_MOTION, "heading")[:, 0]
+    pace = 2 * WalkingPatternParams().step_time
+    assert heading[-1] - heading[-round(pace / DT) - 1] == pytest.approx(0.2 * pace, abs=1e-6)
+
+
+def test_planned_height_is_climbed_step_by_step(play_pattern):
+    steps = [[0.3, 0.0, 0.0, 0.1]] * 2 + [[0.3, 0.0, 0.0, -0.05]]
+    rows = play_pattern(6000, steps=np.array(steps))
+    left, right = (field(rows, PLANNED_MOTION, foot)[:, 2] for foot in ("foot_l", "foot_r"))
+    index = field(rows, GAIT_PHASE, "step_index")[:, 0]
+    landed = [np.flatnonzero(index == k)[0] for k in (1, 2, 3, 4)]
+    np.testing.assert_allclose(left[landed], [0.1, 0.1, 0.15, 0.15], atol=1e-9)
+    np.testing.assert_allclose(right[landed], [0.0, 0.2, 0.2, 0.15], atol=1e-9)
+    com = field(rows, PLANNED_MOTION, "com")[:, 2]
+    assert com[-1] == pytest.approx(WalkingPatternParams().com_height + 0.15)
+
+
 def test_step_lasts_as_long_as_it_should(straight_walk):
     begins = np.flatnonzero(np.diff(field(straight_walk, GAIT_PHASE, "step_index")[:, 0])) * DT
     np.testing.assert_allclose(np.diff(begins), WalkingPatternParams().step_time, atol=1e-9)
@@ -103,12 +142,14 @@ def test_step_lasts_as_long_as_it_should(straight_walk):
 def test_request_has_room_for_the_horizon():
     request = standing_request(WalkingPatternParams())
     packed = pack_request(request)
-    assert unpack_request(packed).displacements.shape == (0, 3)
+    assert unpack_request(packed).displacements.shape == (0, 4)
     assert packed.size == pack_request(unpack_request(packed)).size
     assert HORIZON == 3
 
 
-@pytest.mark.parametrize("step", [(0.3, 0.0, 0.0), (0.2, 0.05, 0.1), (-0.1, 0.0, -0.2)])
+@pytest.mark.parametrize(
+    "step", [(0.3, 0.0, 0.0, 0.0), (0.2, 0.05, 0.1, 0.0), (-0.1, 0.0, -0.2, 0.0)]
+)
 def test_feet_never_sink_into_the_ground(play_pattern, step):
     rows = play_pattern(3000, steps=np.tile(step, (2, 1)))
     for foot in ("foot_l", "foot_r"):

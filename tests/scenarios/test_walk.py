@@ -94,5 +94,16 @@ def test_command_changes_while_it_walks(run):
     assert worst_inclination(result) < 1.0
 
 
+@pytest.mark.parametrize("step", [{"sideways": -0.2}, {"turn_deg": 45}])
+def test_sideways_and_turning_in_place(run, step):
+    """The outer foot goes first: the soles never overlap, and nothing reaches a limit."""
+    result = run(
+        "walk_flat", f"walk.steps=[{step | {'count': 2}}]", "walk.start_time=0.5", "duration=5"
+    )
+    assert result.completed and stays_within_limits(result)
+    assert worst_inclination(result) < 0.5
+    assert result.metrics["steps_with_feet_colliding"] == 0
+
+
 def test_every_walk_is_as_planned():
     assert sum(g.count for g in load_scenario("walk_flat").walk.steps) == 20

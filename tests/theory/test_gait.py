@@ -6,19 +6,19 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from lola_drake.blocks.walking_pattern import WalkingPatternParams
-from lola_drake.theory.gait import (
-    FOOT,
-    LEFT,
-    RIGHT,
-    Profile,
-    advance,
-    foothold,
-    make_schedule,
-)
+from lola_drake.theory.footholds import LEFT, RIGHT, UP, advance, foothold, sole
+from lola_drake.theory.gait import FOOT, HEADING, HEIGHT, Profile, make_schedule
 
 TIMING = WalkingPatternParams().timing()
 displacements = st.lists(
-    st.tuples(st.floats(-0.4, 0.4), st.floats(-0.1, 0.1), st.floats(-0.3, 0.3)), max_size=4
+    st.tuples(st.floats(-0.4, 0.4), st.floats(-0.1, 0.1), st.floats(-0.3, 0.3), st.just(0.0)),
+    max_size=4,
+)
+rising = st.lists(
+    st.tuples(
+        st.floats(-0.4, 0.4), st.floats(-0.3, 0.3), st.floats(-0.79, 0.79), st.floats(-0.2, 0.2)
+    ),
+    max_size=4,
 )
 
 
@@ -28,7 +28,7 @@ def schedule(steps, swing=LEFT):
         np.insert(foothold(np.zeros(3), foot, TIMING.step_width), 2, 0.0) for foot in (LEFT, RIGHT)
     )
     return make_schedule(
-        TIMING, feet, 0.5, 0.87, 0.0, np.zeros(3), 0.0, swing, 0.8, np.reshape(steps, (-1, 3))
+        TIMING, feet, 0.5, 0.87, 0.0, np.zeros(3), 0.0, swing, 0.8, np.reshape(steps, (-1, 4))
     )
 
 
@@ -49,7 +49,7 @@ def test_profile_holds_its_ends_and_sums_its_changes():
 
 @pytest.mark.parametrize("swing", [LEFT, RIGHT])
 def test_motions_are_continuous_to_the_acceleration(swing):
-    plan = schedule([[0.35, 0.05, 0.1]] * 3, swing)
+    plan = schedule([[0.35, 0.05, 0.1, 0.0]] * 3, swing)
     dt = 1e-4
     time = np.arange(0.0, plan.end + 0.2, dt)
     value, rate, acceleration = plan.motion(time)
@@ -64,7 +64,7 @@ def test_motions_are_continuous_to_the_acceleration(swing):
 
 
 def test_load_moves_without_jumps_and_rests_on_the_stance_foot():
-    plan = schedule([[0.3, 0.0, 0.0]] * 3)
+    plan = schedule([[0.3, 0.0, 0.0, 0.0]] * 3)
     time = np.arange(0.0, plan.end, 1e-3)
     load = plan.load(time)[0][0]
     assert np.abs(np.diff(load)).max() < 0.005
@@ -95,14 +95,14 @@ def test_ends_with_the_feet_side_by_side(steps):
     plan = schedule(steps)
     path = np.zeros(3)
     for step in steps:
-        path = advance(path, np.array(step))
+        path = advance(path, np.array(step[:UP]))
     for foot in (LEFT, RIGHT):
         end = plan.motion.end[FOOT[foot]]
         np.testing.assert_allclose(
             end[[0, 1, 3]], foothold(path, foot, TIMING.step_width), atol=1e-8
         )
     assert plan.load.end == pytest.approx(0.5)
-    assert len(plan.swings) in (len(steps), len(steps) + 1)
+    assert len(steps) <= len(plan.swings) <= len(steps) + 2
 
 
 def test_footholds_are_a_step_width_apart_and_turn_with_the_path():
@@ -111,10 +111,50 @@ def test_footholds_are_a_step_width_apart_and_turn_with_the_path():
     np.testing.assert_allclose(right, [1.1, 2.0, np.pi / 2])
 
 
+@given(rising)
+def test_no_loaded_foot_stands_on_the_other_one_whatever_is_asked(steps):
+    plan = schedule(steps)
+    for _, _, touchdown in plan.swings:
+        value, _, _ = plan.motion(np.array([touchdown, touchdown]))
+        left, right = (sole(value[foot][[0, 1, 3], 0]) for foot in FOOT)
+        assert not left.overlaps(right)
+
+
+@given(rising)
+def test_hips_turn_no_further_than_they_can(steps):
+    plan = schedule(steps)
+    for _, lift_off, touchdown in plan.swings:
+        value, _, _ = plan.motion(np.linspace(lift_off, touchdown, 9))
+        for foot in FOOT:
+            turned = np.degrees(value[foot][3] - value[HEADING])
+            assert np.abs(turned).max() < 24.0
+
+
+@given(rising)
+def test_feet_and_com_follow_the_planned_heights(steps):
+    plan, ground = schedule(steps), 0.0
+    heights = [0.0, 0.0]
+    for step, (foot, _, touchdown) in zip(steps, plan.swings, strict=False):
+        ground += step[UP]
+        heights[foot] = ground
+        value, _, _ = plan.motion(np.array([touchdown, touchdown]))
+        for k in (LEFT, RIGHT):
+            assert value[FOOT[k]][2, 0] == pytest.approx(heights[k], abs=1e-9)
+        assert value[HEIGHT, 0] == pytest.approx(0.87 + np.mean(heights), abs=1e-9)
+
+
+@pytest.mark.parametrize("up", [0.12, -0.12])
+def test_swing_foot_clears_both_levels(up):
+    plan = schedule([[0.35, 0.0, 0.0, up]] * 3)
+    foot, lift_off, touchdown = plan.swings[1]
+    z = plan.motion(np.linspace(lift_off, touchdown, 99))[0][FOOT[foot]][2]
+    assert z.max() == pytest.approx(max(0.0, 2 * up) + TIMING.step_height)
+
+
 @given(displacements)
 def test_mirrored_steps_give_the_mirrored_schedule(steps):
     plan = schedule(steps, LEFT)
-    mirror = schedule([(x, -y, -turn) for x, y, turn in steps], RIGHT)
+    mirror = schedule([(x, -y, -turn, up) for x, y, turn, up in steps], RIGHT)
     time = np.linspace(0.0, plan.end, 100)
     for foot in (LEFT, RIGHT):
         for one, other in zip(plan.motion(time), mirror.motion(time), strict=True):

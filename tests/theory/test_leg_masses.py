@@ -159,7 +159,7 @@ def planned_step(legs):
         ground_stiffness=PARAMS.ground_stiffness,
         period=PERIOD,
     )
-    steps = np.tile([0.4, 0.0, 0.0], (3, 1))
+    steps = np.tile([0.4, 0.0, 0.0, 0.0], (3, 1))
     request = replace(standing_request(PARAMS), displacements=steps)
     first = plan_step(model, request)
     following = replace(

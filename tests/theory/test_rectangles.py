@@ -1,6 +1,6 @@
 """Rectangles on the ground."""
 
-from math import pi
+from math import cos, pi, sin
 
 import pytest
 
@@ -24,6 +24,19 @@ SQUARE = Rectangle(0.0, 0.0, 0.0, 2.0, 2.0)
 )
 def test_overlap(other, overlap):
     assert SQUARE.overlaps(other) is other.overlaps(SQUARE) is overlap
+
+
+@pytest.mark.parametrize("direction", [0.0, 0.7, pi / 2, 3.0, -1.2])
+@pytest.mark.parametrize(("x", "y", "heading"), [(0.5, 0.2, 0.0), (-0.8, 0.1, 0.5), (0.3, -1, -1)])
+def test_way_out_is_the_shortest_that_leaves_the_other_one(x, y, heading, direction):
+    def moved(way):
+        return Rectangle(x + way * cos(direction), y + way * sin(direction), heading, 2.0, 1.0)
+
+    way = moved(0.0).way_out(SQUARE, direction)
+    assert way > 0
+    assert not moved(way).overlaps(SQUARE)
+    assert moved(0.999 * way).overlaps(SQUARE)
+    assert moved(way).way_out(SQUARE, direction) == 0
 
 
 def test_corners_are_covered_and_what_lies_beyond_is_not():

@@ -13,14 +13,14 @@ from lola_drake.blocks.walking_pattern import (
 from lola_drake.robot import Kinematics, leg_model
 from lola_drake.signals import GAIT_PHASE, IDEAL_WRENCH, PERIOD, PLANNED_MOTION, TASK_REFERENCE
 from lola_drake.theory.constants import GRAVITY
-from lola_drake.theory.gait import LEFT, RIGHT
+from lola_drake.theory.footholds import LEFT, RIGHT
 from lola_drake.theory.leg_masses import LegMotion
 from lola_drake.theory.step_plan import PatternModel, plan_step, zmp_shift
 from lola_drake.theory.step_request import HORIZON
 
 PARAMS = WalkingPatternParams()
-STRAIGHT = np.tile([0.4, 0.0, 0.0], (6, 1))
-TURNING = np.tile([0.25, 0.03, 0.2], (6, 1))
+STRAIGHT = np.tile([0.4, 0.0, 0.0, 0.0], (6, 1))
+TURNING = np.tile([0.25, 0.03, 0.2, 0.0], (6, 1))
 WALKS = ["straight", "turning"]
 SIDES = np.array([1.0, -1.0, 1.0])
 """What mirroring at the x-z plane does to a vector."""
@@ -276,7 +276,7 @@ def mirrored_request(request):
         path=request.path * [1, -1, -1],
         heading=-request.heading,
         blend=request.blend[::-1],
-        displacements=request.displacements * [1, -1, -1],
+        displacements=request.displacements * [1, -1, -1, 1],
     )
 
 
