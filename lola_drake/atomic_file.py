@@ -1,5 +1,6 @@
 """Files and folders that are written wholly or not at all, and whether they can be."""
 
+import itertools
 import json
 import os
 import re
@@ -9,7 +10,7 @@ from collections.abc import Iterator, Set
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
-from lola_drake.errors import OutputError, ResultError, short
+from lola_drake.errors import LolaError, OutputError, ResultError, short
 
 SUMMARY, SIGNALS, SCENARIO = "summary.json", "signals.h5", "scenario.yaml"
 RUN_FILES = frozenset({SUMMARY, SIGNALS, SCENARIO})
@@ -89,6 +90,56 @@ def whole_folder(
         raise ResultError(f"{_named(folder)}: cannot be written, {reason(error)}") from None
     finally:
         shutil.rmtree(partial, ignore_errors=True)
+
+
+@contextmanager
+def growing_folder(
+    folder: str | Path, *, force: bool, files: Set[str] = RUN_FILES, what: str = "run"
+) -> Iterator[Path]:
+    """Give a folder to write into, which takes the place of `folder` in the end.
+
+    Until then it is called FOLDER.part. If its process is killed, or something goes wrong, it stays
+    with what has been written, as soon as that is a whole one of its kind.
+
+    Raises:
+        ResultError: If the folder cannot be used (see `check_folder`) or written.
+    """
+    folder = check_folder(folder, force=force, files=files, what=what)
+    part = _made_beside(folder)
+    try:
+        yield part
+        # Meanwhile somebody else may have written there.
+        check_folder(folder, force=force, files=files, what=what)
+        _replace(folder, part)
+    except (OSError, RuntimeError, LolaError) as error:
+        told = isinstance(error, LolaError)
+        text = str(error) if told else f"{_named(folder)}: cannot be written, {reason(error)}"
+        raise ResultError(text + _kept(part, files)) from None
+    except BaseException:
+        _kept(part, files)
+        raise
+
+
+def _kept(part: Path, files: Set[str]) -> str:
+    """Say that a folder is kept if it is a whole one of its kind, or take it away."""
+    if files <= set(os.listdir(part)):
+        return f"; what was recorded is kept in {_named(part)}"
+    shutil.rmtree(part, ignore_errors=True)
+    return ""
+
+
+def _made_beside(folder: Path) -> Path:
+    """Make FOLDER.part, or FOLDER.part2 where that is there already, and so on."""
+    for i in itertools.count(1):
+        part = folder.with_name(f"{folder.name}.part{i if i > 1 else ''}")
+        try:
+            part.mkdir(parents=True)
+        except FileExistsError:
+            continue
+        except OSError as error:
+            raise ResultError(f"{_named(folder)}: cannot be written, {reason(error)}") from None
+        return part
+    raise AssertionError
 
 
 def check_folder(

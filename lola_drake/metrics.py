@@ -3,12 +3,13 @@
 All take arrays with one row per sample, as in `Result.signals`; lengths are in m, times in s.
 """
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
 from lola_drake.logged import COM_POSITION, FOOT_POSE, TORSO_POSE
+from lola_drake.record import between
 from lola_drake.signals import (
     CONTACT_WRENCH,
     DESIRED_WRENCH,
@@ -35,6 +36,11 @@ SMOOTHING = 41
 
 SLIDING = 0.98
 """Part of the friction coefficient from which on the friction counts as used up."""
+
+LIMITS = ("joint_angle", "joint_speed", "joint_torque", "friction")
+
+BLOCK = 5000
+"""Samples that are looked at together."""
 
 UNSETTLED = {
     "max_inclination_deg": {"x": None, "y": None},
@@ -70,32 +76,66 @@ class Limits:
 
 
 def metrics(times: np.ndarray, signals: Signals, limits: Limits) -> dict[str, object]:
-    """Return all metrics of a run (until its fall, if it falls), by the names of summary.json."""
-    torso, gait = signals["torso_pose"], signals["gait_phase"]
-    forces = [signals["ground_force"][:, GROUND_FORCE.slice(f"F_{foot}")] for foot in FEET]
-    feet = [signals[f"foot_pose_{foot}"] for foot in FEET]
-    settled, walking = times >= SETTLED, walking_part(gait)
-    counted = walking if walking.any() else settled
-    com_height = signals["com_position"][:, COM_POSITION.slice("p").start + 2]
-    lifting = vertical_acceleration(times, com_height)
-    speed = signals["joint_velocity"][counted]
+    """Return all metrics of a run (until its fall, if it falls), by the names of summary.json.
+
+    Signals that lie on the disk are read some rows at a time, and no more is kept of them than one
+    metric needs.
+    """
+
+    def each(law: Callable[[Signals], np.ndarray]) -> np.ndarray:
+        return by_blocks(law, signals, len(times))
+
+    def walked() -> tuple[float, float, np.ndarray]:
+        place = each(lambda rows: rows["torso_pose"][:, :2])
+        gait = each(lambda rows: rows["gait_phase"])
+        return distance(place, gait), mean_speed(times, place, gait), walking_part(gait)
+
+    def stood() -> tuple[float, float]:
+        force = each(lambda rows: rows["ground_force"])
+        forces = [force[:, GROUND_FORCE.slice(f"F_{foot}")] for foot in FEET]
+        feet = (each(lambda rows, name=f"foot_pose_{foot}": rows[name][:, :2]) for foot in FEET)
+        return max_foot_force([f[settled:] for f in forces]), max(map(max_slip, feet, forces))
+
+    def leant() -> tuple[dict[str, float], float | None]:
+        torso = each(lambda rows: rows["torso_pose"])[settled:]
+        return max_inclination(torso), settling_time(times[settled:], torso)
+
+    def colliding(rows: Signals) -> np.ndarray:
+        return feet_colliding(rows["foot_pose_l"], rows["foot_pose_r"])
+
+    settled = int(np.searchsorted(times, SETTLED))
+    way, speed, walking = walked()
+    counted = walking if walking.any() else slice(settled, None)
+    foot_force, slip = stood()
+    inclination, settling = leant()
+    height = COM_POSITION.slice("p").start + 2
+    lifting = vertical_acceleration(times, each(lambda rows: rows["com_position"][:, height]))
+    beyond = each(lambda rows: _beyond_limits(rows, limits))[settled:]
     found = {
-        "distance_m": distance(torso, gait),
-        "mean_speed_m_per_s": mean_speed(times, torso, gait),
-        "max_inclination_deg": max_inclination(torso[settled]),
-        "rms_torque_error_Nm": rms(torque_error(signals)[counted]),
-        "rms_torque_error_modified_Nm": rms(modified_torque_error(signals)[counted]),
-        "max_foot_force_N": max_foot_force([force[settled] for force in forces]),
-        "max_slip_m": max(map(max_slip, feet, forces)),
-        "steps_with_feet_colliding": int(feet_colliding(*feet).sum()),
-        "settling_time_s": settling_time(times[settled], torso[settled]),
-        "max_com_vertical_acceleration_m_per_s2": float(np.abs(lifting[settled]).max(initial=0.0)),
-        "drive_work_J": drive_work(times[counted], signals["joint_torque"][counted], speed),
-        "steps_beyond_limits": steps_beyond_limits(
-            {name: values[settled] for name, values in signals.items()}, limits
-        ),
+        "distance_m": way,
+        "mean_speed_m_per_s": speed,
+        "max_inclination_deg": inclination,
+        "rms_torque_error_Nm": rms(each(torque_error)[counted]),
+        "rms_torque_error_modified_Nm": rms(each(modified_torque_error)[counted]),
+        "max_foot_force_N": foot_force,
+        "max_slip_m": slip,
+        "steps_with_feet_colliding": int(each(colliding).sum()),
+        "settling_time_s": settling,
+        "max_com_vertical_acceleration_m_per_s2": float(np.abs(lifting[settled:]).max(initial=0.0)),
+        "drive_work_J": drive_work(times[counted], each(drive_power)[counted]),
+        "steps_beyond_limits": _counts(beyond),
     }
-    return found if settled.any() else found | UNSETTLED
+    return found if settled < len(times) else found | UNSETTLED
+
+
+def by_blocks(law: Callable[[Signals], np.ndarray], signals: Signals, count: int) -> np.ndarray:
+    """Return what a law says of each row, of which it sees some at a time."""
+    first = law(between(signals, 0, BLOCK))
+    whole = np.empty((count, *first.shape[1:]), first.dtype)
+    whole[:BLOCK] = first
+    for start in range(BLOCK, count, BLOCK):
+        whole[start : start + BLOCK] = law(between(signals, start, start + BLOCK))
+    return whole
 
 
 def inclination_deg(torso_pose: np.ndarray) -> np.ndarray:
@@ -241,15 +281,14 @@ def vertical_acceleration(times: np.ndarray, height: np.ndarray) -> np.ndarray:
     return np.pad(2 * curvature / period**2, reach, mode="edge")
 
 
-def drive_work(times: np.ndarray, torque: np.ndarray, speed: np.ndarray) -> float:
-    """Return the mechanical work of all drives (J); what they brake counts as what they drive.
+def drive_power(signals: Signals) -> np.ndarray:
+    """Return the power of all drives (W), shape (n,); what they brake counts as what they drive."""
+    return np.abs(signals["joint_torque"] * signals["joint_velocity"]).sum(axis=1)
 
-    Args:
-        times: of the samples (s), shape (n,).
-        torque: of the drives (Nm), shape (n, 24).
-        speed: of the joints (rad/s), shape (n, 24).
-    """
-    return float(np.trapezoid(np.abs(torque * speed).sum(axis=1), times))
+
+def drive_work(times: np.ndarray, power: np.ndarray) -> float:
+    """Return the mechanical work of all drives (J) from their power (W) at times (s)."""
+    return float(np.trapezoid(power, times))
 
 
 def feet_colliding(left: np.ndarray, right: np.ndarray) -> np.ndarray:
@@ -274,6 +313,11 @@ def feet_colliding(left: np.ndarray, right: np.ndarray) -> np.ndarray:
 
 def steps_beyond_limits(signals: Signals, limits: Limits) -> dict[str, int]:
     """Return in how many steps of the run anything reached its limit, by the kind of limit."""
+    return _counts(_beyond_limits(signals, limits))
+
+
+def _beyond_limits(signals: Signals, limits: Limits) -> np.ndarray:
+    """Return whether a step reached each of the `LIMITS`, shape (n, 4)."""
     q = signals["joint_position"]
     forces = (signals["ground_force"][:, GROUND_FORCE.slice(f"F_{foot}")] for foot in FEET)
     sliding = [
@@ -281,13 +325,17 @@ def steps_beyond_limits(signals: Signals, limits: Limits) -> dict[str, int]:
         & (np.hypot(force[:, 0], force[:, 1]) > SLIDING * limits.friction * force[:, 2])
         for force in forces
     ]
-    reached = {
-        "joint_angle": (q <= limits.lower) | (q >= limits.upper),
-        "joint_speed": np.abs(signals["joint_velocity"]) >= limits.speed,
-        "joint_torque": np.abs(signals["joint_torque"]) >= limits.torque,
-        "friction": np.column_stack(sliding),
-    }
-    return {kind: int(where.any(axis=1).sum()) for kind, where in reached.items()}
+    reached = (
+        (q <= limits.lower) | (q >= limits.upper),
+        np.abs(signals["joint_velocity"]) >= limits.speed,
+        np.abs(signals["joint_torque"]) >= limits.torque,
+        np.column_stack(sliding),
+    )
+    return np.column_stack([where.any(axis=1) for where in reached])
+
+
+def _counts(beyond: np.ndarray) -> dict[str, int]:
+    return dict(zip(LIMITS, beyond.sum(axis=0).tolist(), strict=True))
 
 
 def _length(points: np.ndarray) -> float:

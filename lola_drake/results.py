@@ -3,31 +3,35 @@
 import importlib.metadata
 import json
 import math
-import os
 import platform
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from functools import cached_property
 from html import escape
 from pathlib import Path
 from typing import Any
 
-import h5py
 import numpy as np
 
-from lola_drake.atomic_file import SCENARIO, SIGNALS, SUMMARY, reason, whole_folder
+from lola_drake.atomic_file import (
+    SCENARIO,
+    SIGNALS,
+    SUMMARY,
+    reason,
+    whole_folder,
+)
 from lola_drake.atomic_file import check_folder as check_folder
 from lola_drake.errors import ResultError, short, shown
 from lola_drake.logged import LOGGED
 from lola_drake.metrics import Limits, metrics
+from lola_drake.record import ROWS, RecordedSignals, Recorder, between, read_signals
 from lola_drake.robot import Kinematics
 from lola_drake.scenario import Scenario, dump_scenario, load_scenario
 from lola_drake.typed_yaml import leaves
 
-OVERHEAD = 500_000
-"""What a record needs on the disk beside its numbers (bytes)."""
-
-MOST_NUMBERS = 500_000_000
-"""More than this a signal of the longest run does not have."""
+UNFINISHED = "it is still running, or its process was killed"
+"""The error of a record whose run has not come to any end."""
 
 
 def software_versions() -> dict[str, str]:
@@ -48,23 +52,26 @@ class Result:
     Attributes:
         scenario: What was run.
         times: Simulated time of each sample (s), shape (n,).
-        signals: By the names of `logged.LOGGED`, each of shape (n, size).
+        signals: By the names of `logged.LOGGED`, each of shape (n, size); those of a folder
+            are read when they are asked for.
         completed: Whether the run reached the end of its scenario; a fall and an interruption
             end it early.
         fall_time: When the robot fell (s), None if it did not.
         wall_time: How long the simulation took (s).
         versions: Of the software.
         error: What ended the run in one line, where it was neither a fall nor its user.
+        engine: What ran it, see `simulate`; None if its record does not say.
     """
 
     scenario: Scenario
     times: np.ndarray
-    signals: dict[str, np.ndarray]
+    signals: Mapping[str, np.ndarray]
     completed: bool
     fall_time: float | None
     wall_time: float
     versions: dict[str, str] = field(default_factory=software_versions)
     error: str | None = None
+    engine: str | None = None
 
     def __repr__(self):
         scenario = self.scenario
@@ -86,6 +93,8 @@ class Result:
         return f"interrupted {at}" if self.interrupted else f"completed {at}"
 
     def __post_init__(self):
+        if isinstance(self.signals, RecordedSignals):
+            return  # Looked at when they were found.
         for name, values in self.signals.items():
             shape = (len(self.times), LOGGED[name].size)
             if values.shape != shape:
@@ -94,6 +103,7 @@ class Result:
     def _repr_html_(self) -> str:
         name, variant = self.scenario.name, self.scenario.variant
         told = {"scenario", "variant", "seed", "versions", "completed", "fell", "fall_time_s"}
+        told |= {"error", "engine"}
         cells = "".join(
             f"<tr><td style='text-align: left'>{escape(key)}</td><td>{_short(value)}</td></tr>"
             for key, value in leaves(self.summary).items()
@@ -110,10 +120,9 @@ class Result:
     def metrics(self) -> dict[str, object]:
         """Return the metrics of the run; after a fall nothing counts any more."""
         fall_time = math.inf if self.fall_time is None else self.fall_time
-        standing = self.times <= fall_time
-        signals = {name: values[standing] for name, values in self.signals.items()}
-        limits = run_limits(self.scenario)
-        return _finite(metrics(self.times[standing], signals, limits))
+        standing = int(np.searchsorted(self.times, fall_time, "right"))
+        signals = between(self.signals, 0, standing)
+        return _finite(metrics(self.times[:standing], signals, run_limits(self.scenario)))
 
     @property
     def summary(self) -> dict[str, object]:
@@ -127,6 +136,7 @@ class Result:
             "fell": self.fall_time is not None,
             "fall_time_s": self.fall_time,
             "error": self.error,
+            "engine": self.engine,
             **self.metrics,
             "wall_time_s": self.wall_time,
             "real_time_factor": self.duration / self.wall_time if self.wall_time else None,
@@ -166,7 +176,7 @@ def load_result(folder: str | Path) -> Result:
     name = short(str(folder), 120)
     try:
         summary = _read_summary(folder / SUMMARY)
-        times, signals = _read_signals(folder / SIGNALS)
+        times, signals = read_signals(folder / SIGNALS)
         return Result(
             scenario=load_scenario(folder / SCENARIO), times=times, signals=signals, **summary
         )
@@ -187,12 +197,14 @@ def _read_summary(path: Path) -> dict[str, Any]:
         "fall_time": content.get("fall_time_s"),
         "wall_time": content.get("wall_time_s"),
         "error": content.get("error"),
+        "engine": content.get("engine"),
     }
     right = {
         "completed": isinstance(kept["completed"], bool),
         "fall_time": kept["fall_time"] is None or _is_time(kept["fall_time"]),
         "wall_time": _is_time(kept["wall_time"]),
         "error": kept["error"] is None or isinstance(kept["error"], str),
+        "engine": kept["engine"] is None or isinstance(kept["engine"], str),
         "versions": isinstance(versions, dict),
     }
     for name, fits in right.items():
@@ -208,57 +220,40 @@ def _is_time(value: object) -> bool:
     return 0 <= value <= 1e9
 
 
-def _read_signals(path: Path) -> tuple[np.ndarray, dict[str, np.ndarray]]:
-    """Return times and signals of a record; what a user has added is passed over."""
-    with h5py.File(path) as file:
-        times = _read_array(file, "time", 1)
-        if not np.isfinite(times).all() or (np.diff(times) <= 0).any():
-            raise ValueError(f"{path.name}: the times do not grow")
-        signals = {name: _read_array(file, name, 2) for name in LOGGED}
-    for name, values in signals.items():
-        if values.shape != (len(times), LOGGED[name].size):
-            raise ValueError(f"{path.name}: {name} has the shape {values.shape}")
-    return times, signals
+@contextmanager
+def recording(folder: Path, scenario: Scenario) -> Iterator[Recorder]:
+    """Give what writes the signals of a run into a folder, which at once is that of a run.
 
+    Until there is a summary of the whole (see `write_summary`), it says that it has not ended.
 
-def _read_array(file: h5py.File, name: str, dimensions: int) -> np.ndarray:
-    found = file.get(name)
-    if not isinstance(found, h5py.Dataset):
-        raise ValueError(f"{SIGNALS} lacks {name}")
-    numeric = found.dtype.kind in "fiu" and found.shape is not None
-    if not numeric or len(found.shape) != dimensions or found.size > MOST_NUMBERS:
-        raise ValueError(f"{SIGNALS}: {name} holds no numbers of a run")
-    return np.asarray(found[()], dtype=float)
-
-
-def _reserve(path: Path, size: int) -> None:
-    """Fail where a disk has not so much space: in the middle of a file HDF5 dies of that."""
-    if hasattr(os, "posix_fallocate"):
-        with path.open("wb") as file:
-            os.posix_fallocate(file.fileno(), 0, size + OVERHEAD)
-        path.unlink()
+    Raises:
+        OSError: If it cannot be written.
+    """
+    nothing = {name: np.zeros((0, signal.size)) for name, signal in LOGGED.items()}
+    begun = Result(scenario, np.zeros(0), nothing, False, None, 0.0, error=UNFINISHED)
+    recorder = Recorder(folder / SIGNALS, scenario, begun.versions)
+    try:
+        (folder / SCENARIO).write_text(dump_scenario(scenario), encoding="utf-8")
+        write_summary(begun, folder)
+        yield recorder
+    finally:
+        recorder.close()
 
 
 def _write(result: Result, folder: Path) -> None:
-    scenario = dump_scenario(result.scenario)
-    summary = json.dumps(result.summary, indent=2, allow_nan=False)
-    (folder / SCENARIO).write_text(scenario, encoding="utf-8")
-    (folder / SUMMARY).write_text(summary + "\n", encoding="utf-8")
-    _reserve(folder / SIGNALS, sum(values.nbytes for values in result.signals.values()))
-    with h5py.File(folder / SIGNALS, "w") as file:
-        file.attrs["scenario"] = scenario
-        file.attrs["seed"] = result.scenario.seed
-        file.attrs["versions"] = json.dumps(result.versions)
-        file["time"] = result.times
-        file["time"].attrs["units"] = "s"
-        for name, values in result.signals.items():
-            # Plain: compression saves a fifth and takes thirty times as long.
-            file[name] = values
-            attributes, signal = file[name].attrs, LOGGED[name]
-            attributes["description"] = signal.doc
-            attributes["names"] = signal.entry_names()
-            attributes["units"] = signal.entry_units()
-            attributes["frames"] = signal.entry_frames()
+    with recording(folder, result.scenario) as recorder:
+        for first in range(0, len(result.times), ROWS):
+            rows = slice(first, first + ROWS)
+            recorder.append(result.times[rows], between(result.signals, rows.start, rows.stop))
+    write_summary(result, folder)
+
+
+def write_summary(result: Result, folder: Path) -> None:
+    """Write how a run ended to its signals in a folder, in place of what stands there."""
+    text = json.dumps(result.summary, indent=2, allow_nan=False) + "\n"
+    partial = folder / f".{SUMMARY}"
+    partial.write_text(text, encoding="utf-8")
+    partial.replace(folder / SUMMARY)
 
 
 def _finite(value: Any) -> Any:

@@ -12,11 +12,14 @@ from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import Context, Diagram
 from pydrake.systems.primitives import ConstantVectorSource
 
+from lola_drake.atomic_file import reason
 from lola_drake.block import Block
 from lola_drake.block_system import gain_of, set_gain
+from lola_drake.errors import OutputError
 from lola_drake.fused import FusedSystem
 from lola_drake.logged import LOGGED
 from lola_drake.plant import has_fallen, plant_truth
+from lola_drake.record import ROWS, Recorder
 from lola_drake.results import Result
 from lola_drake.robot import Kinematics
 from lola_drake.scenario import Scenario
@@ -59,6 +62,7 @@ class Run:
         simulator, context: of the diagram.
         plant: in it.
         fused: the fused system in it; None where blocks run one by one.
+        look_back: what stays in memory of a run that is written to the disk (s), for `recent`.
     """
 
     def __init__(
@@ -75,6 +79,8 @@ class Run:
         self.scenario = scenario
         self._limited = limited
         self._earlier: list[tuple[np.ndarray, np.ndarray]] = []
+        self._written = -PERIOD
+        self.look_back = 0.0
         self._begin(diagram)
         self.simulator.Initialize()
 
@@ -166,6 +172,11 @@ class Run:
             )
 
     @cached_property
+    def _robot(self) -> MultibodyPlant:
+        """Return the robot alone, which says where its parts are."""
+        return Kinematics().plant
+
+    @cached_property
     def blocks(self) -> dict[str, Block]:
         """Return the blocks that are declared, by name."""
         if self.fused:
@@ -217,9 +228,33 @@ class Run:
     def forget(self, kept: int) -> None:
         """Drop what was recorded but at least the last samples, so many."""
         log = self.diagram.GetSubsystemByName("log").FindMutableLog(self.context)
-        if log.num_samples() > kept:
-            self._earlier = [(log.sample_times()[-kept:].copy(), log.data().T[-kept:].copy())]
+        first = log.num_samples() - kept
+        if first > 0:
+            self._earlier = [(log.sample_times()[first:].copy(), log.data().T[first:].copy())]
             log.Clear()
+
+    def write(self, recorder: Recorder) -> None:
+        """Move what was recorded to the disk, as soon as it fills whole seconds.
+
+        Raises:
+            OutputError: If there is no room for it.
+        """
+        if self.time < self._written + (ROWS + 1) * PERIOD:
+            return
+        times, data = self._recorded(self._written + 0.5 * PERIOD)
+        # A sample of this moment may be taken once more, see `_go_on`.
+        count = int(np.sum(times < self.time - 0.5 * PERIOD)) // ROWS * ROWS
+        if not count:
+            return
+        self._append(recorder, times[:count], data[:count])
+        self._written = float(times[count - 1])
+        self.forget(max(len(times) - count, round(self.look_back / PERIOD)))
+
+    def _append(self, recorder: Recorder, times: np.ndarray, data: np.ndarray) -> None:
+        try:
+            recorder.append(times, self._signals(data))
+        except (OSError, RuntimeError) as error:
+            raise OutputError(f"the record cannot be written, {reason(error)}") from None
 
     def gains(self) -> Iterator[Gain]:
         """Yield the gains of all blocks, those of both feet once."""
@@ -268,28 +303,40 @@ class Run:
         ended = {"completed": not self.fallen, "fall_time": times[-1] if self.fallen else None}
         return Result(scenario, times, self._signals(data), wall_time=0.0, **ended)
 
-    def result(self, wall_time: float, error: str | None = None) -> Result:
+    def result(
+        self, wall_time: float, error: str | None = None, recorder: Recorder | None = None
+    ) -> Result:
         """Return what was recorded until now.
 
         Args:
             wall_time: that it took (s).
             error: what ended the run, if anything did.
+            recorder: has what is on the disk already, and gets the rest.
         """
-        times, data = self._recorded()
+        times, data = self._recorded(self._written + 0.5 * PERIOD)
         if error is not None:
             # The last samples may be what made it fail.
             broken = np.flatnonzero(~np.isfinite(data).all(axis=1))
             times, data = times[: min(broken, default=None)], data[: min(broken, default=None)]
+        if recorder is None:
+            signals = self._signals(data)
+        else:
+            try:
+                self._append(recorder, times, data)
+            except OutputError as full:
+                error = error or str(full)
+            times, signals = recorder.finished()
         fell = error is None and self.fallen
         at_end = len(times) > 0 and times[-1] >= self.scenario.duration - 0.5 * PERIOD
         return Result(
             scenario=self.scenario,
             times=times,
-            signals=self._signals(data),
+            signals=signals,
             completed=not (fell or error) and at_end,
             fall_time=float(times[-1]) if fell else None,
             wall_time=wall_time,
             error=error,
+            engine="fused" if self.fused else "diagram",
         )
 
     def _recorded(self, since: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
@@ -303,7 +350,7 @@ class Run:
     def _signals(self, data: np.ndarray) -> dict[str, np.ndarray]:
         """Return what rows of the log say, by the names of the signals."""
         signals = {name: data[:, at].copy() for name, at in self._columns().items()}
-        return signals | plant_truth(Kinematics().plant, signals.pop(PLANT_STATE.name))
+        return signals | plant_truth(self._robot, signals.pop(PLANT_STATE.name))
 
     def _columns(self) -> dict[str, slice]:
         """Return where each signal is in the log."""

@@ -8,10 +8,12 @@ from pathlib import Path
 
 from pydrake.systems.framework import Diagram
 
-from lola_drake.atomic_file import reason
+from lola_drake.atomic_file import growing_folder, reason
 from lola_drake.block import Block
+from lola_drake.errors import LolaError
 from lola_drake.interruption import interruption
-from lola_drake.results import Result
+from lola_drake.record import RecordedSignals, Recorder
+from lola_drake.results import Result, recording, write_summary
 from lola_drake.run import Run
 from lola_drake.scenario import Scenario, as_scenario
 from lola_drake.servos import DampingServos, ImplicitServos
@@ -32,6 +34,8 @@ def simulate(
     *,
     blocks: Mapping[str, Replacement] | None = None,
     engine: str = "fused",
+    folder: str | Path | None = None,
+    force: bool = False,
 ) -> Result:
     """Run a scenario to its end, a fall, or Ctrl-C, and return everything that was recorded.
 
@@ -45,19 +49,46 @@ def simulate(
             to go on until the next call (s), 0 to wait, or None to end the run.
         blocks: laws of your own by the names of the blocks that they replace, see `swapped`.
         engine: "fused" for all laws in one system, "diagram" for that of `build_simulation`.
+        folder: where to save the run while it goes on, second by second, so that it needs no more
+            memory the longer it is. Until its end the folder is called FOLDER.part.
+        force: replace the run that the folder holds.
+
+    Raises:
+        ResultError: If the folder cannot be used or written.
     """
     run = start(scenario, blocks, engine)
     began, duration = time.perf_counter(), run.scenario.duration
-    with interruption() as interrupted, _kept() as errors:
-        while not (run.fallen or interrupted.is_set()):
-            step = chunk if attend is None else attend(run)
-            if step is None or run.time >= duration - 0.5 * PERIOD:
-                break
-            run.advance(min(run.time + step, duration))
-            if progress is not None:
-                progress(run.time)
-        run.finish()
-    return run.result(time.perf_counter() - began, errors[0] if errors else None)
+    with interruption() as interrupted, _recorder(folder, run.scenario, force) as recorder:
+        with _kept() as errors:
+            while not (run.fallen or interrupted.is_set()):
+                if recorder is not None:
+                    run.write(recorder)
+                step = chunk if attend is None else attend(run)
+                if step is None or run.time >= duration - 0.5 * PERIOD:
+                    break
+                run.advance(min(run.time + step, duration))
+                if progress is not None:
+                    progress(run.time)
+            run.finish()
+        error = errors[0] if errors else None
+        result = run.result(time.perf_counter() - began, error, recorder)
+        if recorder is not None:
+            write_summary(result, recorder.path.parent)
+    if isinstance(result.signals, RecordedSignals):
+        result.signals.move(Path(folder).resolve())
+    return result
+
+
+@contextmanager
+def _recorder(
+    folder: str | Path | None, scenario: Scenario, force: bool
+) -> Iterator[Recorder | None]:
+    """Give what writes the record of a run, if there is to be one on the disk."""
+    if folder is None:
+        yield None
+        return
+    with growing_folder(folder, force=force) as part, recording(part, scenario) as recorder:
+        yield recorder
 
 
 def start(
@@ -123,4 +154,5 @@ def _kept() -> Iterator[list[str]]:
         yield errors
     except (Exception, SystemExit) as error:
         logging.getLogger("lola_drake").debug("a run failed", exc_info=True)
-        errors.append(f"{type(error).__name__}: {reason(error)}")
+        kind = "" if isinstance(error, LolaError) else f"{type(error).__name__}: "
+        errors.append(kind + reason(error))

@@ -191,6 +191,8 @@ def test_the_run_knows_its_limits(make_result):
 
 def test_what_drives_brake_is_work_as_what_they_drive():
     times = np.array([0.0, 0.5, 1.0])
-    torque = np.array([[2.0, -1.0]] * 3)
-    speed = np.array([[1.0, 3.0]] * 3)
-    assert metrics.drive_work(times, torque, speed) == pytest.approx(5.0)
+    signals = {
+        "joint_torque": np.array([[2.0, -1.0]] * 3),
+        "joint_velocity": np.array([[1.0, 3.0]] * 3),
+    }
+    assert metrics.drive_work(times, metrics.drive_power(signals)) == pytest.approx(5.0)

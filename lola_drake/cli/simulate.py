@@ -1,7 +1,6 @@
 """The commands of `lola` around one run: simulate, list."""
 
 import json
-import tempfile
 from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -83,30 +82,21 @@ def simulate(
         live = meshcat or diagram
         view = live_view(chosen, host, kept, diagram=diagram) if live else None
         with _simulated(chosen.name, chosen.duration, show=not quiet) as advance:
-            result = run(chosen, progress=advance, attend=view, engine=engine)
-        result = view.signed(result) if view else result
-        with interruption():
-            _save(result, folder, force=force)
-        with _status("drawing pictures", show=not quiet), drawn(folder):
-            write_views(result, folder, pictures=pictures, video=video)
+            options = {"attend": view, "engine": engine, "folder": folder, "force": force}
+            result = run(chosen, progress=advance, **options)
+        if view and view.interfered:
+            result = view.signed(result)
+            with interruption():
+                result.save(folder, force=True)
+        if result.error is None:
+            with _status("drawing pictures", show=not quiet), drawn(folder):
+                write_views(result, folder, pictures=pictures, video=video)
     if as_json:
         print(json.dumps(result.summary, indent=2))
     elif not quiet:
         show(_summary_table(result))
         print(f"written to {folder}")
     exit_for([result], folder)
-
-
-def _save(result: "Result", folder: Path, *, force: bool) -> None:
-    """Save a run; where its disk is full, among the temporary files."""
-    from lola_drake.errors import ResultError
-
-    try:
-        result.save(folder, force=force)
-    except ResultError as error:
-        spare = Path(tempfile.mkdtemp(prefix="lola-")) / result.scenario.name
-        result.save(spare)
-        raise ResultError(f"{error}; the run is kept in {spare}") from None
 
 
 @app.command("list")

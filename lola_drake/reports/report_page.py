@@ -135,7 +135,7 @@ def _number(value: object, digits: int = 4) -> str:
         return "–"
     if isinstance(value, bool):
         return "yes" if value else "no"
-    return f"{value:.{digits}g}"
+    return value if isinstance(value, str) else f"{value:.{digits}g}"
 
 
 def _change(before: object, after: object) -> str:

@@ -161,6 +161,7 @@ class LiveView:
         self._clock.stop()
 
     def _open(self, run: Run) -> None:
+        run.look_back = LOOK_BACK
         walk = self._scenario.walk
         self._steered = not walk.steps and not walk.command
         force = run.plant.get_applied_spatial_force_input_port()
