@@ -13,6 +13,7 @@ PAGES = (
     "docs/howto/own_law.md",
     "docs/howto/engines.md",
     "docs/howto/notebook.md",
+    "docs/howto/records.md",
     "docs/tutorials/first_walk.md",
 )
 

@@ -15,11 +15,14 @@ def lola(make_result, monkeypatch, tmp_path):
     monkeypatch.chdir(tmp_path)
     outcome, runs, drawn = {}, [], []
 
-    def simulate(scenario, progress=None, attend=None, engine="fused"):
+    def simulate(scenario, progress=None, attend=None, engine="fused", folder=None, force=False):
         runs.append(scenario)
         if progress is not None:
             progress(scenario.duration / 2)
-        return make_result(scenario, **outcome)
+        result = make_result(scenario, **outcome)
+        if folder is not None:
+            result.save(folder, force=force)
+        return result
 
     module = types.SimpleNamespace(simulate=simulate)
     monkeypatch.setitem(sys.modules, "lola_drake.simulation", module)
