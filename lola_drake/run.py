@@ -300,8 +300,8 @@ class Run:
         times, data = self._recorded(self.time - duration)
         times = times - times[:1].sum()
         scenario = replace(self.scenario, duration=max(times.max(initial=0.0), PERIOD))
-        ended = {"completed": not self.fallen, "fall_time": times[-1] if self.fallen else None}
-        return Result(scenario, times, self._signals(data), wall_time=0.0, **ended)
+        fall_time = float(times[-1]) if self.fallen else None
+        return Result(scenario, times, self._signals(data), not self.fallen, fall_time, 0.0)
 
     def result(
         self, wall_time: float, error: str | None = None, recorder: Recorder | None = None

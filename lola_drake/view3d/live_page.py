@@ -2,7 +2,7 @@
 
 import json
 import threading
-from collections.abc import Iterator
+from collections.abc import Generator
 from html import escape
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from importlib.resources import files
@@ -73,15 +73,15 @@ class LivePage:
             self._told[kind] = self._count, text
             self._news.notify_all()
 
-    def news(self) -> Iterator[str]:
+    def news(self) -> Generator[str]:
         """Yield what is told, as the events of a stream; an empty one where there is nothing."""
         known = 0
         self._watching += 1
         try:
             while True:
                 with self._news:
-                    # Bound now: the loop below runs without the lock.
-                    self._news.wait_for(lambda last=known: self._count > last, QUIET)
+                    if self._count == known:
+                        self._news.wait(QUIET)
                     new = [(n, k, text) for k, (n, text) in self._told.items() if n > known]
                     known = self._count
                 yield (

@@ -6,7 +6,7 @@ from collections import deque
 import numpy as np
 
 from lola_drake.run import Run
-from lola_drake.signals import Signal, of_foot, signal_of
+from lola_drake.signals import WALK_COMMAND, Signal, of_foot
 from lola_drake.view3d.controls import Controls
 from lola_drake.view3d.frames import Frame
 from lola_drake.view3d.live_page import LivePage
@@ -84,8 +84,7 @@ def _signals(run: Run) -> dict[str, Signal]:
         for block in run.blocks.values()
         for name, signal in block.outputs.items()
     }
-    outside = ("walk_command", "contact", "measured_wrench", "torso_orientation")
-    known |= {name: signal_of(name) for name in outside if name not in known}
+    known.setdefault(WALK_COMMAND.name, WALK_COMMAND)
     return {name: signal for name, signal in known.items() if _has(run, name)}
 
 
