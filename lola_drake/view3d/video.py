@@ -26,7 +26,7 @@ from lola_drake.view3d.markers import LEAST_FORCE, METRES_PER_NEWTON
 from lola_drake.view3d.scene import Puppet
 
 FRAMES_PER_SECOND = 25
-WIDTH, HEIGHT, VIEW = 864, 480, np.deg2rad(36.0)
+WIDTH, HEIGHT, VIEW = 864, 480, np.deg2rad(32.0)
 """Size of the picture (pixels) and its angle from top to bottom (rad)."""
 
 CAMERA, EYE_HEIGHT = np.array([2.2, -2.9, 0.45]), 0.88
