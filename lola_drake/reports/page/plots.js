@@ -15,28 +15,31 @@ class Plots {
   }
 
   add(panel, place) {
+    for (const { curves } of panel.cells)
+      curves.forEach(curve => { curve.order = curves.filter(({ run, plan }) => run === curve.run && !plan).indexOf(curve); });
     let into = place.appendChild(document.createElement("section"));
     if (panel.folded) {
       into = into.appendChild(document.createElement("details"));
       into.appendChild(document.createElement("summary")).textContent = panel.title;
     } else into.appendChild(document.createElement("h3")).textContent = panel.title;
-    into.appendChild(this.legend(panel.cells[0]));
+    into.appendChild(this.legend(panel.cells));
     const plot = into.appendChild(document.createElement("div"));
     plot.className = "plot";
     plot.panel = panel;
     plot.style.minHeight = this.height(panel) + "px";
   }
 
-  legend(cell) {
+  // A curve that has another colour in another cell is told with all of them.
+  legend(cells) {
     const list = document.createElement("ul");
     list.className = "curves";
-    for (const curve of cell.curves) {
+    cells[0].curves.forEach((curve, k) => {
       const entry = list.appendChild(document.createElement("li"));
-      const line = entry.appendChild(document.createElement("i"));
       const style = { solid: "solid", dash: "dashed", dot: "dotted" }[this.dash(curve)];
-      line.style.borderTop = `2px ${style} ${this.colour(curve, name => `var(${name})`)}`;
+      for (const colour of new Set(cells.map(cell => this.colour(cell.curves[k], name => `var(${name})`))))
+        entry.appendChild(document.createElement("i")).style.borderTop = `2px ${style} ${colour}`;
       entry.append(this.name(curve));
-    }
+    });
     return list;
   }
 
@@ -45,7 +48,11 @@ class Plots {
 
   colour(curve, of) { return this.ghost(curve) ? of("--ghost") : curve.colour === "ink" ? of("--ink") : curve.colour; }
 
-  dash(curve) { return this.ghost(curve) ? ["solid", "dash", "dot"][curve.run % 3] : curve.dash; }
+  // Of one ghost the lines of a cell differ; of several ghosts each has its own.
+  dash(curve) {
+    if (!this.ghost(curve)) return curve.dash;
+    return ["solid", "dash", "dot"][(this.shape.runs.length > 2 ? curve.run : curve.order) % 3];
+  }
 
   name({ name, plan, run }) {
     return this.shape.runs.length > 1 && !plan ? `${name}, ${this.shape.runs[run].name}` : name;
@@ -139,7 +146,7 @@ class Plots {
       : { x: Array.from(curve.x), y: Array.from(curve.y, v => isNaN(v) ? null : v) };
     return { ...points, every: over ? 0 : curve.every, name: this.name(curve), xaxis: `x${id}`, yaxis: `y${id}`,
       mode: "lines", hovertemplate: over ? "%{y:.4g}" : "%{x:.4g}, %{y:.4g}",
-      line: { color: this.colour(curve, css), width: ghost ? 2 : curve.plan ? 1 : 1.3,
+      line: { color: this.colour(curve, css), width: ghost ? 1.5 : curve.plan ? 1 : 1.6,
         dash: this.dash(curve) } };
   }
 
