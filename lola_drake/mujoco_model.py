@@ -79,12 +79,20 @@ def mujoco_model(
 def _armatures(urdf: ElementTree.Element) -> dict[str, float]:
     """Return what the joints feel of their rotors' inertia (kg m^2), by joint."""
     return {
-        drive.find("joint").get("name"): (
-            float(drive.find(f"actuator/{_DRAKE}gear_ratio").get("value")) ** 2
-            * float(drive.find(f"actuator/{_DRAKE}rotor_inertia").get("value"))
+        _told(drive, "joint", "name"): (
+            float(_told(drive, f"actuator/{_DRAKE}gear_ratio", "value")) ** 2
+            * float(_told(drive, f"actuator/{_DRAKE}rotor_inertia", "value"))
         )
         for drive in urdf.iter("transmission")
     }
+
+
+def _told(element: ElementTree.Element, path: str, attribute: str) -> str:
+    """Return an attribute of what lies in an element; KeyError where it is not there."""
+    found = element.find(path)
+    if found is None:
+        raise KeyError(path)
+    return found.attrib[attribute]
 
 
 def _add_servo(spec: mujoco.MjSpec, joint: str, servos: JointServosParams, armature: float) -> None:

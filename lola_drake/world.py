@@ -49,6 +49,9 @@ from lola_drake.theory.constants import GRAVITY
 if TYPE_CHECKING:
     from lola_drake.mujoco_plant import MujocoPlant, MujocoServos
 
+    Plant = MultibodyPlant | MujocoPlant
+    Servos = ImplicitServos | DampingServos | MujocoServos
+
 
 @dataclass(frozen=True)
 class World:
@@ -63,8 +66,8 @@ class World:
     """
 
     builder: DiagramBuilder
-    plant: "MultibodyPlant | MujocoPlant"
-    servos: "ImplicitServos | DampingServos | MujocoServos"
+    plant: "Plant"
+    servos: "Servos"
     stance: Stance
     sensors: Blocks
     controller: Blocks
@@ -85,10 +88,7 @@ def make_world(
     if scenario.plant == "mujoco":
         plant, driven = _mujoco_plant(builder, scenario, stance)
     else:
-        plant, _ = add_plant(builder, scenario.ground)
-        driven = servos(plant, scenario.control.servos)
-        plant.Finalize()
-        set_start(plant, scenario.start, scenario.ground, stance.q, stance.p_PT)
+        plant, driven = _drake_plant(builder, scenario, stance, servos)
     sensors = _sensor_blocks(scenario, kinematics)
     most = 1 + int(scenario.duration / scenario.pattern.step_time)
     controller = controller_blocks(scenario, kinematics, stance, planned_steps(scenario.walk, most))
@@ -113,9 +113,22 @@ def _posture(scenario: Scenario) -> Iterator[None]:
         raise ScenarioError(f"{scenario.name}: {reason(error)}; see {keys}") from None
 
 
+def _drake_plant(
+    builder: DiagramBuilder,
+    scenario: Scenario,
+    stance: Stance,
+    servos: type[ImplicitServos | DampingServos],
+) -> tuple["Plant", "Servos"]:
+    plant, _ = add_plant(builder, scenario.ground)
+    driven = servos(plant, scenario.control.servos)
+    plant.Finalize()
+    set_start(plant, scenario.start, scenario.ground, stance.q, stance.p_PT)
+    return plant, driven
+
+
 def _mujoco_plant(
     builder: DiagramBuilder, scenario: Scenario, stance: Stance
-) -> tuple["MujocoPlant", "MujocoServos"]:
+) -> tuple["Plant", "Servos"]:
     from lola_drake.mujoco_plant import MujocoPlant, MujocoServos
 
     robot = Kinematics().plant
@@ -221,7 +234,7 @@ def _cut(builder: DiagramBuilder, port: OutputPort, where: slice) -> OutputPort:
     return cut.get_output_port(1 if where.start else 0)
 
 
-def _plant_ports(plant: MultibodyPlant) -> dict[str, OutputPort]:
+def _plant_ports(plant: "Plant") -> dict[str, OutputPort]:
     """Return what sensors may read of the plant, by the names of their inputs."""
     return {
         "plant_state": plant.get_state_output_port(),
@@ -271,7 +284,7 @@ def _add_log(builder: DiagramBuilder, ports: list[OutputPort]) -> None:
 
 
 def log_ports(
-    controller: Diagram, plant: MultibodyPlant, command: System, *sensors: System
+    controller: Diagram, plant: "Plant", command: System, *sensors: System
 ) -> list[tuple[str, OutputPort]]:
     """Return the logged ports of a diagram of blocks, by their names in the record."""
     ports = {

@@ -113,8 +113,8 @@ def record_motion(simulator: Simulator, ticks: int) -> Motion:
         torque.append(torques.Eval(context))
         wrench.append(_sole_wrenches(contacts.Eval(context), sole_of))
         simulator.AdvanceTo((tick + 1) * PERIOD)
-    states = np.array([*states, plant.GetPositionsAndVelocities(context)])
-    q, v = np.split(states, [plant.num_positions()], axis=1)
+    states.append(plant.GetPositionsAndVelocities(context))
+    q, v = np.split(np.array(states), [plant.num_positions()], axis=1)
     return Motion(q[:-1], v[:-1], np.diff(v, axis=0) / PERIOD, np.array(torque), np.array(wrench))
 
 

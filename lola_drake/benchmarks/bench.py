@@ -16,14 +16,16 @@ import time
 import timeit
 from collections.abc import Callable, Iterable
 from pathlib import Path
+from typing import Any, Protocol
 
 import numpy as np
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import Context, LeafSystem
 
 from lola_drake.benchmarks.bare_plant import bare_plant, record_commands
-from lola_drake.blocks.walking_pattern import REQUEST
+from lola_drake.blocks.walking_pattern import REQUEST, WalkingPattern
 from lola_drake.compiled import compiling
+from lola_drake.fused import FusedSystem
 from lola_drake.results import software_versions
 from lola_drake.run import Run
 from lola_drake.scenario import Scenario, load_scenario
@@ -45,7 +47,7 @@ CALLS, BATCHES = 10, 5
 
 def bench(
     repeats: int = 5, progress: Callable[[int], None] | None = None, engine: str = "fused"
-) -> dict[str, object]:
+) -> dict[str, Any]:
     """Measure and return the content of bench.json.
 
     Args:
@@ -66,7 +68,8 @@ def bench(
     }
     for simulator in contenders.values():
         simulator.AdvanceTo(begin)
-    tick_us, blocks_us = {name: [] for name in contenders}, []
+    tick_us: dict[str, list[float]] = {name: [] for name in contenders}
+    blocks_us: list[dict[str, float]] = []
     for repeat in range(repeats):
         taken, looks = dict.fromkeys(contenders, 0.0), []
         turns = round(stride / TURN)
@@ -78,7 +81,7 @@ def bench(
                 looks.append(block_times(run))
         for name, time_taken in taken.items():
             tick_us[name].append(time_taken / stride * PERIOD * 1e6)
-        blocks_us.append({name: np.mean([look[name] for look in looks]) for name in looks[0]})
+        blocks_us.append({n: float(np.mean([look[n] for look in looks])) for n in looks[0]})
         if progress is not None:
             progress(repeat + 1)
     _check_same_motion(contenders["closed_loop"], contenders["plant"])
@@ -116,7 +119,14 @@ def steady_walk(repeats: int) -> tuple[Scenario, float, float]:
     return load_scenario("walk_flat", {"walk.steps.0.count": steps}), on_tick(begin), stride
 
 
-def time_to_advance(simulator: Simulator, until: float) -> float:
+class Engine(Protocol):
+    """What takes turns: a Simulator of Drake's, or what can be asked for the same."""
+
+    def AdvanceTo(self, time: float, /) -> object:
+        """Simulate until then (s)."""
+
+
+def time_to_advance(simulator: Engine, until: float) -> float:
     """Return how long it takes to simulate until the tick that is then (s)."""
     begin = time.perf_counter()
     simulator.AdvanceTo(on_tick(until))
@@ -129,7 +139,7 @@ def block_times(run: Run) -> dict[str, float]:
     Without what the plant computes for a sensor: that is part of the closed loop alone.
     """
     if run.fused:
-        return _law_times(run)
+        return _law_times(run, run.fused)
     return {
         name: _time_alone(system, system.GetMyContextFromRoot(run.context))
         for name, system in run.systems.items()
@@ -137,10 +147,10 @@ def block_times(run: Run) -> dict[str, float]:
     }
 
 
-def _law_times(run: Run) -> dict[str, float]:
+def _law_times(run: Run, fused: FusedSystem) -> dict[str, float]:
     """Return how long the laws of each block take, one by one, with what they read in this tick."""
     times = dict.fromkeys(run.blocks, 0.0)
-    for block, work in run.fused.laws_alone(run.context):
+    for block, work in fused.laws_alone(run.context):
         times[block] += _quickest_us(work)
     return times
 
@@ -148,6 +158,8 @@ def _law_times(run: Run) -> dict[str, float]:
 def planning_times(run: Run, repeats: int = 5) -> dict[str, dict[str, float]]:
     """Return how long the walking pattern takes for a new plan and for a phase reset (ms)."""
     pattern = run.blocks["walking_pattern"]
+    if not isinstance(pattern, WalkingPattern):
+        raise TypeError(f"{type(pattern).__name__}: only the package's own plans are measured")
     request = unpack_request(run.state("walking_pattern", REQUEST.name))
     plan = plan_step(pattern.model, request)
     row = round((plan.lift_off + 0.7 * (plan.duration - plan.lift_off)) / PERIOD)
@@ -193,7 +205,7 @@ def _time_alone(block: LeafSystem, original: Context) -> float:
     return working - restoring - _quickest_us(read)
 
 
-def _quickest_us(call: Callable[[], None]) -> float:
+def _quickest_us(call: Callable[[], object]) -> float:
     return min(timeit.repeat(call, number=CALLS, repeat=BATCHES)) / CALLS * 1e6
 
 
@@ -237,8 +249,8 @@ def peak_memory_mb() -> float:
     status = Path("/proc/self/status")
     if status.exists():
         # What Linux reports as ru_maxrss begins with the memory of the parent process.
-        peak = re.search(r"VmHWM:\s*(\d+) kB", status.read_text(encoding="ascii"))
-        return int(peak[1]) * 1024 / 1e6
+        (peak,) = re.findall(r"VmHWM:\s*(\d+) kB", status.read_text(encoding="ascii"))
+        return int(peak) * 1024 / 1e6
     return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e6
 
 

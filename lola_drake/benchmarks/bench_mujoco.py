@@ -7,13 +7,13 @@ the engine that one would otherwise take, with the same ground, and with MuJoCo'
 
 from collections.abc import Callable
 from importlib.metadata import version
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from pydrake.systems.analysis import Simulator
 
 from lola_drake.benchmarks.bare_plant import Motion, bare_plant, record_commands, record_motion
-from lola_drake.benchmarks.bench import TURN, spread, steady_walk, time_to_advance
+from lola_drake.benchmarks.bench import TURN, Engine, spread, steady_walk, time_to_advance
 from lola_drake.benchmarks.mujoco_twin import Twin, inverse_dynamics
 from lola_drake.mujoco_model import mujoco_model
 from lola_drake.plant import plant_truth
@@ -40,12 +40,27 @@ GROUPS = {
 _DRAKE, _SAME, _OWN = "drake", "mujoco_same_ground", "mujoco_own_contact"
 
 
-Engines = dict[str, Simulator | Twin]
+class Engines(NamedTuple):
+    """The same robot in both engines; in MuJoCo by the kind of ground."""
+
+    drake: Simulator
+    twins: dict[str, Twin]
+
+    def named(self) -> dict[str, Engine]:
+        """Return all by their names in the report."""
+        return {_DRAKE: self.drake, **self.twins}
 
 
-def bench_mujoco(
-    repeats: int = 5, progress: Callable[[int], None] | None = None
-) -> dict[str, object]:
+class _Stand(NamedTuple):
+    """How a robot stands: mass (kg), height of the CoM (m), force per foot (N), torques (Nm)."""
+
+    mass: float
+    com_height: float
+    vertical_force: dict[str, float]
+    torque: np.ndarray
+
+
+def bench_mujoco(repeats: int = 5, progress: Callable[[int], None] | None = None) -> dict[str, Any]:
     """Measure and return what bench.json has under "mujoco".
 
     Args:
@@ -57,19 +72,19 @@ def bench_mujoco(
     commands = record_commands(scenario, begin + (repeats + 1) * stride)
     hold = np.tile(commands[0], (round((SETTLE + AVERAGE) / PERIOD) + 1, 1))
     standing, walking = _engines(scenario, hold), _engines(scenario, commands)
-    standing_us = _step_times(standing, 0.0, SETTLE / repeats, repeats)
+    standing_us = _step_times(standing.named(), 0.0, SETTLE / repeats, repeats)
     statics = _statics(standing)
-    for engine in walking.values():
+    for engine in walking.named().values():
         engine.AdvanceTo(begin)
-    walking_us = _step_times(walking, begin, stride, repeats, progress)
-    motion = record_motion(walking[_DRAKE], round(stride / PERIOD))
+    walking_us = _step_times(walking.named(), begin, stride, repeats, progress)
+    motion = record_motion(walking.drake, round(stride / PERIOD))
     return {
         "version": version("mujoco"),
         "step_us": {"standing": _spreads(standing_us), "walking": _spreads(walking_us)},
         "drake_over_mujoco": {"standing": _ratios(standing_us), "walking": _ratios(walking_us)},
         "strides_upright": {name: len(taken) for name, taken in walking_us.items()},
         "statics": statics,
-        "walk": torque_comparison(walking[_SAME].model, motion),
+        "walk": torque_comparison(walking.twins[_SAME].model, motion),
     }
 
 
@@ -79,22 +94,23 @@ def _engines(scenario: Scenario, commands: np.ndarray) -> Engines:
     plant = drake.get_system().GetSubsystemByName("plant")
     q = plant.GetPositions(plant.GetMyContextFromRoot(drake.get_context()))
     servos, ground = scenario.control.servos, scenario.ground
-    return {
-        _DRAKE: drake,
+    twins = {
         _SAME: Twin(mujoco_model(servos, ground), q, commands),
         _OWN: Twin(mujoco_model(servos, ground, own_contact=True), q, commands),
     }
+    return Engines(drake, twins)
 
 
 def _step_times(
-    engines: Engines,
+    engines: dict[str, Engine],
     begin: float,
     stretch: float,
     repeats: int,
     progress: Callable[[int], None] | None = None,
 ) -> dict[str, list[float]]:
     """Return the time per tick (us) of every stretch that an engine was upright to the end of."""
-    step_us, upright = {name: [] for name in engines}, dict(engines)
+    step_us: dict[str, list[float]] = {name: [] for name in engines}
+    upright = dict(engines)
     turns = round(stretch / TURN)
     for repeat in range(repeats):
         taken = dict.fromkeys(upright, 0.0)
@@ -110,7 +126,7 @@ def _step_times(
     return step_us
 
 
-def _has_fallen(engine: Simulator | Twin) -> bool:
+def _has_fallen(engine: Engine) -> bool:
     return isinstance(engine, Twin) and engine.has_fallen()
 
 
@@ -130,7 +146,7 @@ def _ratios(step_us: dict[str, list[float]]) -> dict[str, object]:
     )
 
 
-def _statics(engines: Engines) -> dict[str, object]:
+def _statics(engines: Engines) -> dict[str, Any]:
     """Compare weights and, on average over some time, how the robots stand.
 
     Torques about the hips' adduction axes differ most: the feet push each other apart a little,
@@ -138,15 +154,19 @@ def _statics(engines: Engines) -> dict[str, object]:
     their corners.
     """
     ticks = round(AVERAGE / PERIOD)
-    stands = {
-        name: _twin_stand(engine, ticks) if isinstance(engine, Twin) else _stand(engine, ticks)
-        for name, engine in engines.items()
+    ours = _stand(engines.drake, ticks)
+    theirs = {name: _twin_stand(twin, ticks) for name, twin in engines.twins.items()}
+    torque = ours.torque
+    differences = {name: stand.torque - torque for name, stand in theirs.items()}
+    told = {
+        name: {
+            "mass_kg": stand.mass,
+            "com_height_m": stand.com_height,
+            "vertical_force_N": stand.vertical_force,
+        }
+        for name, stand in {_DRAKE: ours, **theirs}.items()
     }
-    torque = stands[_DRAKE].pop("torque")
-    differences = {
-        name: stand.pop("torque") - torque for name, stand in stands.items() if name != _DRAKE
-    }
-    return stands | {
+    return told | {
         "joint_torque_Nm": {
             "rms": _rms(torque),
             "difference_rms": {name: _rms(difference) for name, difference in differences.items()},
@@ -157,21 +177,21 @@ def _statics(engines: Engines) -> dict[str, object]:
     }
 
 
-def _stand(drake: Simulator, ticks: int) -> dict[str, object]:
-    """Return mass, mean height of the CoM, mean vertical force per foot, and mean torques."""
+def _stand(drake: Simulator, ticks: int) -> _Stand:
+    """Return how the robot stands in Drake, on average over some ticks."""
     plant = drake.get_system().GetSubsystemByName("plant")
     motion = record_motion(drake, ticks)
     com = plant_truth(plant, np.hstack([motion.q, motion.v]))["com_position"]
     robot = [plant.GetModelInstanceByName("lola")]
-    return {
-        "mass_kg": plant.CalcTotalMass(plant.CreateDefaultContext(), robot),
-        "com_height_m": float(com[:, 2].mean()),
-        "vertical_force_N": _per_foot(motion.sole_wrench[:, :, 2].mean(axis=0)),
-        "torque": motion.torque.mean(axis=0),
-    }
+    return _Stand(
+        mass=plant.CalcTotalMass(plant.CreateDefaultContext(), robot),
+        com_height=float(com[:, 2].mean()),
+        vertical_force=_per_foot(motion.sole_wrench[:, :, 2].mean(axis=0)),
+        torque=motion.torque.mean(axis=0),
+    )
 
 
-def _twin_stand(twin: Twin, ticks: int) -> dict[str, object]:
+def _twin_stand(twin: Twin, ticks: int) -> _Stand:
     """Return the same of the robot in MuJoCo."""
     heights, forces, torques = [], [], []
     for _ in range(ticks):
@@ -179,12 +199,12 @@ def _twin_stand(twin: Twin, ticks: int) -> dict[str, object]:
         heights.append(twin.com_height())
         forces.append(twin.vertical_forces())
         torques.append(twin.joint_torques())
-    return {
-        "mass_kg": float(twin.model.body_mass.sum()),
-        "com_height_m": float(np.mean(heights)),
-        "vertical_force_N": _per_foot(np.mean(forces, axis=0)),
-        "torque": np.mean(torques, axis=0),
-    }
+    return _Stand(
+        mass=float(twin.model.body_mass.sum()),
+        com_height=float(np.mean(heights)),
+        vertical_force=_per_foot(np.mean(forces, axis=0)),
+        torque=np.mean(torques, axis=0),
+    )
 
 
 def _per_foot(forces: np.ndarray) -> dict[str, float]:

@@ -88,7 +88,7 @@ def _two_over_one(scenario: Scenario, begin: float, stride: float, repeats: int)
             until += stride
             alone = [_time_of([pipe], until) for pipe in (one, other)]
             until += stride
-            ratios.append(_time_of([one, other], until) / np.mean(alone))
+            ratios.append(_time_of([one, other], until) / float(np.mean(alone)))
     return ratios
 
 

@@ -117,7 +117,7 @@ def _curve(curve: Curve, run: int, numbers: "_Numbers") -> dict[str, object]:
 class _Numbers:
     """All curves behind each other."""
 
-    def __init__(self):
+    def __init__(self) -> None:
         self._arrays: list[np.ndarray] = []
         self._count = 0
 

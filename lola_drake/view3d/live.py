@@ -74,6 +74,7 @@ class LiveView:
         """
         self.stopped = self.interfered = False
         self._scenario, self._meshcat = scenario, meshcat
+        self._steered = not scenario.walk.steps and not scenario.walk.command
         self._puppet, self._markers = Puppet(scenario, shown_in(meshcat)), Markers(meshcat)
         self._pressure = PressureMarkers(meshcat)
         self._controls: Controls | None = None
@@ -91,24 +92,25 @@ class LiveView:
         """Attend to a simulation, see `simulate`."""
         self._pace.computed(run.time)
         if self._controls is None:
-            self._open(run)
-        if self._controls.clicked(STOP):
+            self._controls = self._opened(run)
+        controls = self._controls
+        if controls.clicked(STOP):
             self.stopped = True
-        if self._controls.clicked(PAUSE):
+        if controls.clicked(PAUSE):
             self._paused = not self._paused
         if self.stopped:
             return None
-        if self._controls.clicked(REPLAY):
+        if controls.clicked(REPLAY):
             self._replayed = self._replay(run)
-        if self._keep and self._controls.clicked(KEEP):
+        if self._keep and controls.clicked(KEEP):
             self._kept = self._keep(run.recent(LOOK_BACK))
         if self._waits(run):
             self._clock.stop()
             return 0.0
-        self._act(run)
+        self._act(run, controls)
         self._draw(run)
         self._tell(run, "runs")
-        self._clock.wait(run.time, self._controls.rate)
+        self._clock.wait(run.time, controls.rate)
         self._pace.begin(run.time)
         return CHUNK
 
@@ -160,30 +162,29 @@ class LiveView:
         self._controls = None
         self._clock.stop()
 
-    def _open(self, run: Run) -> None:
+    def _opened(self, run: Run) -> Controls:
         run.look_back = LOOK_BACK
-        walk = self._scenario.walk
-        self._steered = not walk.steps and not walk.command
         force = run.plant.get_applied_spatial_force_input_port()
         pushes = not force.HasValue(run.plant.GetMyContextFromRoot(run.context))
-        self._controls = Controls(
+        controls = Controls(
             self._meshcat,
             steering=self._steered,
             pushes=pushes,
             keeping=self._keep is not None,
         )
-        self._controls.show_gains(run)
+        controls.show_gains(run)
         if self._page is not None:
-            self._readout = Readout(self._page, run, self._controls)
+            self._readout = Readout(self._page, run, controls)
         self._draw(run)
+        return controls
 
-    def _act(self, run: Run) -> None:
+    def _act(self, run: Run, controls: Controls) -> None:
         """Do to the simulation what the user asks for."""
-        self.interfered |= self._controls.apply_gains(run)
+        self.interfered |= controls.apply_gains(run)
         if self._steered:
-            run.command(self._controls.command())
-            self.interfered |= bool(np.any(self._controls.command()))
-        for impulse in self._controls.pushes():
+            run.command(controls.command())
+            self.interfered |= bool(np.any(controls.command()))
+        for impulse in controls.pushes():
             self.interfered = True
             push(run, impulse)
             self._push_end = run.time + PUSH_TIME

@@ -6,7 +6,7 @@ import time
 class Clock:
     """Keeps simulated time from running ahead of real time."""
 
-    def __init__(self):
+    def __init__(self) -> None:
         self._start: tuple[float, float] | None = None
         self._rate = 0.0
 
@@ -31,7 +31,7 @@ class Clock:
 class Pace:
     """How fast a simulation could run: without waiting, drawing and telling."""
 
-    def __init__(self):
+    def __init__(self) -> None:
         self._began: tuple[float, float] | None = None
         self.possible = 0.0
 

@@ -149,7 +149,7 @@ def test_the_robot_walks_as_the_panel_commands(stand, run, meshcat):
     view = LiveView(stand, meshcat)
     view(run)
     meshcat.SetSliderValue(STEERING[0].label, 0.25)
-    view._act(run)
+    view._act(run, view._controls)
     run.advance(0.06)
     footsteps = next_footsteps(stand, run.state("walking_pattern", "request"))
     ahead = sorted(place[0] for foot in "lr" for place in footsteps[foot])
