@@ -20,7 +20,7 @@ FELT_ERROR = Signal(
     (Field("T", ("x", "y"), "Nm"), Field("F", ("z",), "N")),
 )
 
-first_order = HybridForceControl.laws["task_command"]
+first_order = HybridForceControl.laws["force_rate"]
 
 
 class SecondOrderForceControl(HybridForceControl):
@@ -33,60 +33,17 @@ class SecondOrderForceControl(HybridForceControl):
     state = (*HybridForceControl.state, FELT_ERROR)
 
     @lola.law
-    def task_command(
-        w_id,
-        w_dot_id,
-        blend,
-        wrench_rate,
-        contact_wrench,
+    def force_rate(
         felt_error,
-        com_dynamics_rate,
-        phi,
-        task_modification,
-        overdue,
+        wrench_rate,
         time_constant,
-        position_gain,
         inverse_contact_matrix,
         compliance,
         relaxation,
-        grip_force,
-        leveling,
-        search_onset,
-        search_ramp,
-        search_speed,
-        limits,
-        rate_limits,
     ):
-        """Return w_mod and its rate by the paper's law, for the error behind the lag."""
-        wanted = (
-            contact_wrench[0] + felt_error[0],
-            contact_wrench[1] + felt_error[1],
-            contact_wrench[2] + felt_error[2],
-        )
-        return first_order(
-            w_id,
-            w_dot_id,
-            blend,
-            wanted,
-            wrench_rate,
-            contact_wrench,
-            com_dynamics_rate,
-            phi,
-            task_modification,
-            overdue,
-            time_constant,
-            position_gain,
-            inverse_contact_matrix,
-            compliance,
-            relaxation,
-            grip_force,
-            leveling,
-            search_onset,
-            search_ramp,
-            search_speed,
-            limits,
-            rate_limits,
-        )
+        """Return the rate that the paper's law wants, for the error behind the lag."""
+        model = inverse_contact_matrix, compliance, relaxation
+        return first_order(felt_error, wrench_rate, (0.0, 0.0, 0.0), time_constant, *model)
 
     @lola.law
     def next_felt_error(felt_error, wrench, contact_wrench, time_constant):

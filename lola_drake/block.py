@@ -11,7 +11,7 @@ A block's laws are pure functions. What a law's argument is called says what it 
 | one of `state`                    | that part of the block's own state                       |
 | a gain                            | a parameter that may be turned while it runs             |
 | `foot`, `time`                    | 0 for left and 1 for right; simulated time (s)           |
-| anything else                     | a constant of the block, or one of its parameters        |
+| anything else                     | a parameter of the block, or one of its constants        |
 
 A law named like a signal is an output, one named `next_` and a state gives that state in the next
 tick, one that is named otherwise is an output of its own. From this declaration come the Drake
@@ -122,7 +122,7 @@ class Block:
         state: the parts of its state.
         parts: arguments that are some entries of an input.
         objects: arguments that are read from objects of Drake's, each by a method `read_NAME`.
-        signals: signals of its own, which `lola_drake.signals` does not know.
+        signals: signals of its own and its base's, which `lola_drake.signals` does not know.
         held: whether it stays as it is in linear models: it does not depend on the robot.
         switching: whether its state only switches; it does not move by a little.
         differentiable: whether its laws work on AutoDiffXd.
@@ -146,6 +146,7 @@ class Block:
     def __init_subclass__(cls, **kwargs):
         super().__init_subclass__(**kwargs)
         cls.states = {s.signal.name: s for s in (_as_state(s) for s in cls.state)}
+        cls.signals = tuple(dict.fromkeys([*super(cls, cls).signals, *cls.signals]))
         own = {n: f.__func__ for n, f in vars(cls).items() if isinstance(f, law)}
         cls.laws = {n: f for n, f in (cls.laws | own).items()}
         cls.__doc__ = f"{inspect.cleandoc(cls.__doc__ or '')}\n\n{_card(cls)}"
@@ -249,10 +250,10 @@ class Block:
         return {n for kind, n, _ in self.arguments[name] if kind == "output"}
 
     def constant(self, name: str) -> Any:
-        """Return a constant of the block, or one of its parameters."""
+        """Return a parameter of the block, or one of its constants."""
         if name == "foot":
             return FEET.index(self.foot) if self.foot else 0
-        return self.constants[name] if name in self.constants else getattr(self.params, name)
+        return getattr(self.params, name) if hasattr(self.params, name) else self.constants[name]
 
     def _argument(self, function: str, name: str) -> Argument:
         if name in self.objects:

@@ -124,12 +124,16 @@ def _jit(function: Callable) -> "Dispatcher":
 
 @cache
 def digest(function: Any) -> str:
-    """Return what identifies the code of a function and of all that it refers to."""
+    """Return what identifies the code of a function and of all that it refers to.
+
+    Its module is part of that: what numba keeps refers to named tuples by theirs.
+    """
     import numba
 
+    name = f"{function.__module__} {function.__qualname__}"
     if hasattr(function, "_fields"):
-        return f"{function.__qualname__} {function._fields}"
-    parts = [sys.version, numba.__version__, function.__qualname__, repr(function.__defaults__)]
+        return f"{name} {function._fields}"
+    parts = [sys.version, numba.__version__, name, repr(function.__defaults__)]
     parts += [
         repr((code.co_code, _plain(code.co_consts), code.co_names))
         for code in _codes(function.__code__)

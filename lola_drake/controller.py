@@ -1,7 +1,7 @@
 """The walking controller: the paper's Fig. 2 as blocks, and as a Diagram of them."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import numpy as np
 from pydrake.systems.framework import (
@@ -16,12 +16,13 @@ from lola_drake.block import Block
 from lola_drake.block_system import system_of
 from lola_drake.blocks.com_dynamics import ComDynamics
 from lola_drake.blocks.configuration_force_control import ConfigurationForceControl
-from lola_drake.blocks.force_distribution import ForceDistribution
-from lola_drake.blocks.hybrid_force_control import (
+from lola_drake.blocks.foot_force_control import (
     FORCE_CONTROLLED,
+    FootForceControlParams,
     FootSensor,
-    HybridForceControl,
 )
+from lola_drake.blocks.force_distribution import ForceDistribution
+from lola_drake.blocks.force_laws import FORCE_LAWS
 from lola_drake.blocks.imu_stabilizer import ImuStabilizer
 from lola_drake.blocks.inverse_kinematics import InverseKinematics
 from lola_drake.blocks.joint_servos import JointServos, JointServosParams, servo_gains
@@ -34,7 +35,7 @@ from lola_drake.robot import (
     posture,
     solve_posture,
 )
-from lola_drake.scenario import Scenario
+from lola_drake.scenario import Control, Scenario
 from lola_drake.signals import FEET, of_foot, split_foot
 from lola_drake.theory.constants import GRAVITY
 from lola_drake.theory.contact_model import ServoCompliance, contact_matrix
@@ -84,7 +85,8 @@ def controller_blocks(
         steps: (forward, left, turn, up) per step, shape (n, 4); None to follow `walk_command`.
     """
     control = scenario.active_control()
-    motion = _configuration_space if scenario.variant == "original" else _task_space
+    law = FORCE_LAWS[control.law]
+    motion = _configuration_space if law is ConfigurationForceControl else _task_space
     return {
         "walking_pattern": WalkingPattern(
             scenario.pattern,
@@ -102,31 +104,35 @@ def controller_blocks(
 
 
 def _task_space(scenario: Scenario, kinematics: Kinematics, stance: Stance) -> dict[str, Block]:
-    """Return the paper's force control and CoM dynamics of each foot, and inverse kinematics."""
+    """Return the force control and the CoM dynamics of each foot, and the inverse kinematics."""
     control = scenario.active_control()
-    sensor = FootSensor(*foot_sensor_geometry(kinematics))
+    known = {
+        **shared(control.force),
+        "inverse_contact_matrix": np.linalg.inv(pads_matrix(scenario)),
+        "sensor": FootSensor(*foot_sensor_geometry(kinematics)),
+        "standing_wrench": (0.0, 0.0, 0.5 * kinematics.mass * GRAVITY),
+    }
     compliances = servo_compliances(kinematics, stance.q, control.servos)
     blocks: dict[str, Block] = {}
     for foot, servos in zip(FEET, compliances, strict=True):
-        blocks[of_foot("force_control", foot)] = HybridForceControl(
-            control.force,
-            foot,
-            inverse_contact_matrix=np.linalg.inv(pads_matrix(scenario)),
-            compliance=servos.matrix,
-            relaxation=servos.relaxation,
-            sensor=sensor,
+        blocks[of_foot("force_control", foot)] = FORCE_LAWS[control.law](
+            control.of_law(), foot, compliance=servos.matrix, relaxation=servos.relaxation, **known
         )
-    for foot in FEET:
-        blocks[of_foot("com_dynamics", foot)] = ComDynamics(
-            control.com_dynamics,
-            foot,
-            inertia=stance.inertia,
-            modification_limits=control.force.limits,
-        )
-    blocks["inverse_kinematics"] = InverseKinematics(
-        control.inverse_kinematics, kinematics, stance.q
+    return (
+        blocks
+        | _com_dynamics(control, stance)
+        | {
+            "inverse_kinematics": InverseKinematics(
+                control.inverse_kinematics, kinematics, stance.q
+            )
+        }
     )
-    return blocks
+
+
+def shared(params: FootForceControlParams) -> dict[str, object]:
+    """Return what is the same for all force laws of a foot, by the names that their laws know."""
+    names = (*(field.name for field in fields(FootForceControlParams)), "limits", "rate_limits")
+    return {name: getattr(params, name) for name in names}
 
 
 def _configuration_space(
@@ -144,6 +150,19 @@ def _configuration_space(
             scenario.pattern.ground_stiffness,
             servo_compliances(kinematics, stance.q, control.servos),
         )
+    } | _com_dynamics(control, stance)
+
+
+def _com_dynamics(control: Control, stance: Stance) -> dict[str, Block]:
+    """Return the CoM dynamics of each foot."""
+    return {
+        of_foot("com_dynamics", foot): ComDynamics(
+            control.com_dynamics,
+            foot,
+            inertia=stance.inertia,
+            modification_limits=control.force.limits,
+        )
+        for foot in FEET
     }
 
 

@@ -103,7 +103,7 @@ class Result:
     def _repr_html_(self) -> str:
         name, variant = self.scenario.name, self.scenario.variant
         told = {"scenario", "variant", "seed", "versions", "completed", "fell", "fall_time_s"}
-        told |= {"error", "engine"}
+        told |= {"error", "engine", "law"}
         cells = "".join(
             f"<tr><td style='text-align: left'>{escape(key)}</td><td>{_short(value)}</td></tr>"
             for key, value in leaves(self.summary).items()
@@ -130,6 +130,7 @@ class Result:
         return {
             "scenario": self.scenario.name,
             "variant": self.scenario.variant,
+            "law": self.scenario.active_control().law,
             "seed": self.scenario.seed,
             "duration_s": self.duration,
             "completed": bool(self.completed),

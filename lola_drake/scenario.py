@@ -13,13 +13,17 @@ from pathlib import Path
 from lola_drake import typed_yaml
 from lola_drake.blocks.com_dynamics import ComDynamicsParams
 from lola_drake.blocks.contact_switches import ContactSwitchesParams
+from lola_drake.blocks.damping_force_control import DampingForceControlParams
 from lola_drake.blocks.foot_force_sensor import FootForceSensorParams
 from lola_drake.blocks.force_distribution import ForceDistributionParams
+from lola_drake.blocks.force_laws import FORCE_LAWS
 from lola_drake.blocks.hybrid_force_control import HybridForceControlParams
 from lola_drake.blocks.imu import ImuParams
 from lola_drake.blocks.imu_stabilizer import ImuStabilizerParams
 from lola_drake.blocks.inverse_kinematics import InverseKinematicsParams
 from lola_drake.blocks.joint_servos import JointServosParams
+from lola_drake.blocks.second_order_force_control import SecondOrderForceControlParams
+from lola_drake.blocks.two_dof_force_control import TwoDofForceControlParams
 from lola_drake.blocks.walking_pattern import WalkingPatternParams
 from lola_drake.errors import LolaError, short, shown
 from lola_drake.feasibility import check_command, check_start, check_steps
@@ -31,6 +35,9 @@ from lola_drake.paths import scenario_paths
 VARIANTS = ("ref", "dyn", "original")
 
 PLANTS = ("drake", "mujoco")
+
+PREDECESSOR = "configuration_space"
+"""The force law of the variant `original`."""
 
 PATH = 1000
 """Greatest length of a path."""
@@ -125,17 +132,32 @@ class Sensors:
 
 @dataclass(frozen=True)
 class Control:
-    """The controller behind the walking pattern, block by block."""
+    """The controller behind the walking pattern, block by block.
 
+    Attributes:
+        force: Of the paper's force law, and of what is the same for all of them.
+    """
+
+    law: str = parameter("hybrid", "of the feet's forces", choices=tuple(FORCE_LAWS))
     stabilizer: ImuStabilizerParams = field(default_factory=ImuStabilizerParams)
     distribution: ForceDistributionParams = field(default_factory=ForceDistributionParams)
     force: HybridForceControlParams = field(default_factory=HybridForceControlParams)
+    damping: DampingForceControlParams = field(default_factory=DampingForceControlParams)
+    second_order: SecondOrderForceControlParams = field(
+        default_factory=SecondOrderForceControlParams
+    )
+    two_dof: TwoDofForceControlParams = field(default_factory=TwoDofForceControlParams)
     com_dynamics: ComDynamicsParams = field(default_factory=ComDynamicsParams)
     inverse_kinematics: InverseKinematicsParams = field(default_factory=InverseKinematicsParams)
     servos: JointServosParams = field(default_factory=JointServosParams)
 
     def __post_init__(self):
         validate(self)
+
+    def of_law(self) -> object:
+        """Return the parameters of the force law: the section that its block takes."""
+        kind = FORCE_LAWS[self.law].Params
+        return next(section for section in vars(self).values() if type(section) is kind)
 
 
 @dataclass(frozen=True)
@@ -157,8 +179,9 @@ class Scenario:
     """One experiment, complete: a run depends on nothing else but the versions of the software.
 
     Attributes:
-        variant: `dyn` is the controller with integrated CoM dynamics, `ref` the one without;
-            `original` is the predecessor [23] of both, see `configuration_force_control`.
+        variant: `dyn` is the controller with integrated CoM dynamics, `ref` the one without, both
+            with the force law `control.law`; `original` is `ref` with the law
+            `configuration_space`, the predecessor [23] of both.
     """
 
     name: str = parameter(
@@ -181,6 +204,9 @@ class Scenario:
         validate(self)
         if self.name[:1] in ("", ".", "-") or set(self.name) & set("/\\"):
             raise ParameterError("name", self.name, "usable as the name of a folder")
+        if self.variant == "original" and self.control.law not in ("hybrid", PREDECESSOR):
+            allowed = f"{PREDECESSOR} in the variant original, or left as it is"
+            raise ParameterError("control.law", self.control.law, allowed)
         width = self.pattern.step_width
         check_start(self.start, width, self.ground)
         check_steps(self.walk.steps)
@@ -202,7 +228,8 @@ class Scenario:
         if self.variant == "dyn":
             return self.control
         com_dynamics = dataclasses.replace(self.control.com_dynamics, gain=0.0)
-        return dataclasses.replace(self.control, com_dynamics=com_dynamics)
+        law = PREDECESSOR if self.variant == "original" else self.control.law
+        return dataclasses.replace(self.control, com_dynamics=com_dynamics, law=law)
 
 
 Overrides = Mapping[str, object] | Iterable[str] | str

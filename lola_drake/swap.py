@@ -90,6 +90,8 @@ def _made(name: str, replacement: Replacement, block: Block) -> Block | LeafSyst
     given = made.outputs if isinstance(made, Block) else _ports(made)[1]
     for port, signal in block.outputs.items():
         if port not in given:
+            if signal in block.signals:
+                continue
             raise BlockError(f"{name}: {_called(made)} gives no {port!r}, as it must")
         if _size(given[port]) != signal.size:
             raise BlockError(

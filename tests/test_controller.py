@@ -1,13 +1,12 @@
 """The whole controller: its symmetry, its ports, its delay, and its gains as parameters."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from mirror import MIRRORED_JOINTS
 
 from lola_drake.block_system import gain_of, set_gain
-from lola_drake.blocks.hybrid_force_control import FORCE_CONTROLLED
+from lola_drake.blocks.foot_force_control import FORCE_CONTROLLED
+from lola_drake.blocks.force_laws import FORCE_LAWS
 from lola_drake.blocks.joint_servos import JointServosParams, servo_gains
 from lola_drake.controller import (
     WalkingController,
@@ -17,7 +16,7 @@ from lola_drake.controller import (
     servo_compliances,
 )
 from lola_drake.robot import Kinematics
-from lola_drake.scenario import Scenario
+from lola_drake.scenario import VARIANTS, Control, Scenario
 from lola_drake.signals import JOINTS, PERIOD
 from lola_drake.theory.contact_model import command_gradient
 from lola_drake.theory.kinematics import FOOT_TASK
@@ -35,10 +34,9 @@ WRENCH_SIGNS = np.array([1.0, -1.0, 1.0, -1.0, 1.0, -1.0])
 class Loop:
     """A standing controller that is stepped tick by tick with given sensor signals."""
 
-    def __init__(self, variant="dyn", delay_ticks=1):
-        scenario = Scenario(variant=variant)
-        servos = JointServosParams(delay_ticks=delay_ticks)
-        scenario = replace(scenario, control=replace(scenario.control, servos=servos))
+    def __init__(self, variant="dyn", delay_ticks=1, law="hybrid"):
+        control = Control(law=law, servos=JointServosParams(delay_ticks=delay_ticks))
+        scenario = Scenario(variant=variant, control=control)
         kinematics = Kinematics()
         self.stance = initial_stance(scenario, kinematics)
         blocks = controller_blocks(scenario, kinematics, self.stance)
@@ -116,9 +114,11 @@ def ticks_until_joints_move(sensor, value, delay_ticks):
     return None
 
 
-@pytest.mark.parametrize("variant", ["dyn", "ref", "original"])
-def test_mirrored_sensors_give_mirrored_joints(variant):
-    one, other = Loop(variant), Loop(variant)
+@pytest.mark.parametrize(
+    ("variant", "law"), [*(("dyn", law) for law in FORCE_LAWS), ("ref", "hybrid")]
+)
+def test_mirrored_sensors_give_mirrored_joints(variant, law):
+    one, other = Loop(variant, law=law), Loop(variant, law=law)
     for sensed in restless():
         one.step(sensed)
         other.step(mirrored(sensed))
@@ -197,7 +197,7 @@ def test_without_com_dynamics_a_contact_switch_does_nothing():
 
 
 @pytest.mark.parametrize(
-    ("block", "variant", "gains"),
+    ("block", "kind", "gains"),
     [
         ("imu_stabilizer", "dyn", 4),
         ("force_control_l", "dyn", 2),
@@ -205,21 +205,30 @@ def test_without_com_dynamics_a_contact_switch_does_nothing():
         ("com_dynamics_l", "dyn", 2),
         ("com_dynamics_r", "dyn", 2),
         ("configuration_force_control", "original", 2),
+        ("force_control_l", "damping", 3),
+        ("force_control_r", "second_order", 3),
+        ("force_control_l", "two_dof", 3),
     ],
 )
-def test_every_gain_is_a_parameter_that_changes_the_motion(block, variant, gains):
-    system = Loop(variant).controller.GetSubsystemByName(block)
+def test_every_gain_is_a_parameter_that_changes_the_motion(block, kind, gains):
+    """Of the paper's law in a variant, or of a rival."""
+    system = Loop(**kind_of(kind)).controller.GetSubsystemByName(block)
     context = system.CreateDefaultContext()
     assert context.num_numeric_parameter_groups() == len(system.gain_index) == gains
     assert all(context.get_numeric_parameter(i).size() == 1 for i in range(gains))
-    before = _motion(variant)
+    before = _motion(kind)
     for gain in system.gain_index:
-        assert not np.array_equal(_motion(variant, block, gain), before), gain
+        assert not np.array_equal(_motion(kind, block, gain), before), gain
 
 
-def _motion(variant, block=None, gain=None):
+def kind_of(name):
+    """Return a variant, or a law, as what `Loop` is told."""
+    return {"variant": name} if name in VARIANTS else {"law": name}
+
+
+def _motion(kind, block=None, gain=None):
     """Return where the joints end when one gain is halved."""
-    loop = Loop(variant)
+    loop = Loop(**kind_of(kind))
     if block is not None:
         loop.halve(block, gain)
     for sensed in restless():

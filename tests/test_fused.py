@@ -5,10 +5,11 @@ import pytest
 from pydrake.systems.analysis import Simulator
 
 from lola_drake.block import Block, BlockError, Part, State, law
+from lola_drake.blocks.force_laws import FORCE_LAWS
 from lola_drake.controller import WalkingController
 from lola_drake.fused import FusedSystem
 from lola_drake.fused_layout import Layout
-from lola_drake.scenario import VARIANTS, Scenario, load_scenario, scenario_paths
+from lola_drake.scenario import PREDECESSOR, VARIANTS, Scenario, load_scenario, scenario_paths
 from lola_drake.signals import GAIT_PHASE, PERIOD, Field, Signal
 from lola_drake.simulation import ENGINES, make_world, start
 from lola_drake.theory.kinematics import KinematicTree
@@ -308,12 +309,23 @@ def test_every_scenario_runs_the_same_in_both_engines(name, variant):
     assert np.ptp(signals["joint_torque"], axis=0).max() > 1.0
 
 
-def test_variants_are_not_the_same():
-    last = [
-        run_of(load_scenario("walk_flat", AT_ONCE | {"variant": v})).signal("joint_command")
-        for v in VARIANTS
-    ]
-    assert not any(np.array_equal(last[i], last[i - 1]) for i in range(len(VARIANTS)))
+@pytest.mark.parametrize("law", FORCE_LAWS)
+def test_every_force_law_runs_the_same_in_both_engines(law):
+    assert_engines_equal(load_scenario("walk_flat", AT_ONCE | {"control.law": law}))
+
+
+def test_variants_and_laws_are_not_the_same():
+    kinds = [("variant", v) for v in VARIANTS] + [("control.law", law) for law in FORCE_LAWS]
+    last = {
+        run_of(load_scenario("walk_flat", AT_ONCE | {key: v})).signal("joint_command").tobytes()
+        for key, v in kinds
+    }
+    assert len(last) == len(kinds) - 1, "dyn has the law hybrid"
+
+
+def test_the_variant_original_is_the_law_of_the_configuration_space_without_com_dynamics():
+    kinds = {"control.law": PREDECESSOR, "variant": "ref"}, {"variant": "original"}
+    assert_equal(*(run_of(load_scenario("walk_flat", AT_ONCE | kind)) for kind in kinds))
 
 
 def test_machine_code_and_python_run_the_same():
@@ -407,8 +419,8 @@ def test_gains_of_both_feet_are_turned_together():
         ("imu_stabilizer", "damping"),
         ("imu_stabilizer", "torque_limit"),
         ("imu_stabilizer", "height_stiffness"),
-        ("force_control", "time_constant"),
         ("force_control", "position_gain"),
+        ("force_control", "time_constant"),
         ("com_dynamics", "gain"),
         ("com_dynamics", "decay_gain"),
     ]

@@ -6,8 +6,10 @@ import re
 import numpy as np
 import pytest
 
+from lola_drake.blocks.force_laws import FORCE_LAWS
 from lola_drake.paths import scenario_paths
 from lola_drake.scenario import (
+    Control,
     Ground,
     Obstacle,
     Scenario,
@@ -154,3 +156,19 @@ def test_ref_is_the_gain_zero():
     other = override(scenario, {"variant": "dyn"})
     assert other.active_control() == other.control
     assert other.control.com_dynamics.gain == 0.8
+
+
+def test_original_is_the_predecessors_law_without_com_dynamics():
+    control = Scenario(variant="original").active_control()
+    assert (control.law, control.com_dynamics.gain) == ("configuration_space", 0.0)
+    allowed = "configuration_space in the variant original, or left as it is"
+    with pytest.raises(ScenarioError, match=f"control.law: 'damping' .* {allowed}"):
+        override(Scenario(variant="original"), {"control.law": "damping"})
+
+
+@pytest.mark.parametrize("law", FORCE_LAWS)
+def test_every_force_law_has_its_section(law):
+    control = Control(law=law)
+    assert type(control.of_law()) is FORCE_LAWS[law].Params
+    expected = law if hasattr(control, law) else "force"
+    assert control.of_law() is getattr(control, expected)

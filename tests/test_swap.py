@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 from pydrake.systems.framework import LeafSystem
 
-from lola_drake.block import Block, BlockError, law
+from lola_drake.block import Block, BlockError, Part, law
 from lola_drake.blocks.hybrid_force_control import HybridForceControl
 from lola_drake.blocks.imu_stabilizer import ImuStabilizer, ImuStabilizerParams
 from lola_drake.fused_layout import Layout
 from lola_drake.scenario import Scenario, load_scenario
-from lola_drake.signals import Field, Signal
+from lola_drake.signals import TASK_REFERENCE, Field, Signal
 from lola_drake.simulation import ENGINES, make_world, simulate, start
 from lola_drake.swap import swapped
 from lola_drake.world import build_fused
@@ -79,6 +79,37 @@ def test_a_class_takes_the_place_of_the_blocks_of_both_feet(blocks):
         assert (type(made), made.foot) == (StiffFoot, foot)
         assert made.params is blocks["force_control_l"].params
         assert made.constants.keys() == blocks["force_control_l"].constants.keys()
+
+
+class Firm(Block):
+    """A foot that stays as it is planned, without a force law."""
+
+    parts = {"w_id": Part(TASK_REFERENCE, "w"), "w_dot_id": Part(TASK_REFERENCE, "w_dot")}
+
+    @law
+    def task_command(w_id, w_dot_id):
+        return (*w_id, *w_dot_id)
+
+    @law
+    def contact_wrench(w_id):
+        return (0.0, 0.0, 0.0)
+
+    @law
+    def task_modification(w_id):
+        return (0.0, 0.0, 0.0)
+
+
+def test_what_only_its_class_knows_a_replacement_need_not_give(blocks):
+    known = blocks["force_control_l"]
+    made = swapped(blocks, {"force_control": Firm})["force_control_l"]
+    assert set(known.outputs) - set(made.outputs) == {s.name for s in known.signals}
+
+
+def test_signals_of_its_base_are_known_to_a_block():
+    class Deaf(StiffFoot):
+        signals = (Signal("deaf", "Made up.", (Field("n", ("",), "-"),)),)
+
+    assert [s.name for s in Deaf.signals] == ["force_rate", "grip", "deaf"]
 
 
 def test_a_class_takes_the_place_of_one_foots_block(blocks):

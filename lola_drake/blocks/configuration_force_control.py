@@ -17,11 +17,13 @@ The paper describes [23] in words; the equations here are our reading of them.
 The force-controlled directions of a foot are ruled by
 
     (b dlambda/dq + (1 - b) D J) q' = (b dlambda/dw + (1 - b) D) w_id'
-                                      + b (lambda_d' + e / delta) + (1 - b) D K_x (w_id - w)
+                                      + b (lambda_d' + e / delta + dlambda/dw Delta w_a')
+                                      + (1 - b) D K_x (w_id - w)
 
 where b goes from 0 (position) to 1 (force), and D, the diagonal of dlambda/dw, gives both kinds of
 rows one unit. The other directions are position-controlled. Levelling, grip, the late foot and
-limits are those of `HybridForceControl`.
+limits are those of `FootForceControl`. That the CoM's dynamics may be added, as to the paper's law
+(eq. 21), is ours: the predecessor had none.
 """
 
 from collections.abc import Sequence
@@ -29,16 +31,16 @@ from collections.abc import Sequence
 import numpy as np
 
 from lola_drake.block import Block, Part, State, law
-from lola_drake.blocks.hybrid_force_control import (
+from lola_drake.blocks.foot_force_control import (
     TOUCHED,
     FootSensor,
-    HybridForceControlParams,
-    held_time_constant,
+    grip_of,
     limited_rate,
     overdue_time,
     seeking_rate,
     wrench_at_tcp,
 )
+from lola_drake.blocks.hybrid_force_control import HybridForceControlParams, held_time_constant
 from lola_drake.blocks.inverse_kinematics import (
     RESOLUTION,
     InverseKinematicsParams,
@@ -288,6 +290,8 @@ class ConfigurationForceControl(Block):
         contact_wrench_r,
         task_modification_l,
         task_modification_r,
+        com_dynamics_rate_l,
+        com_dynamics_rate_r,
         blend,
         phi,
         toes,
@@ -328,7 +332,8 @@ class ConfigurationForceControl(Block):
             first = FOOT_TASK * foot
             wrench = contact_wrench_l if foot == 0 else contact_wrench_r
             delta = task_modification_l if foot == 0 else task_modification_r
-            grip = min(max(wrench[2] / grip_force, 0.0), 1.0)
+            com_rate = com_dynamics_rate_l if foot == 0 else com_dynamics_rate_r
+            grip = grip_of(wrench[2], grip_force)
             for i in range(3):
                 error = desired_wrench[3 * foot + i] - wrench[i]
                 force_rate[i] = desired_wrench[6 + 3 * foot + i] + error / held
@@ -345,9 +350,13 @@ class ConfigurationForceControl(Block):
             by_joints = spring_gradient(points, height_rates, stiffness)
             by_task = spring_gradient(points, RIGID_HEIGHT_RATES, stiffness)
             loop = opened_by_servos(by_task, compliance[foot], met)
+            series = behind_servos(loop, by_task)
+            for i in range(3):
+                for j in range(3):
+                    force_rate[i] += series[i, j] * com_rate[j]
             law_rows, task_rows, drive = foot_law(
                 behind_servos(loop, by_joints),
-                behind_servos(loop, by_task),
+                series,
                 task_by_joints,
                 force_rate,
                 deviation,

@@ -1,62 +1,28 @@
 """Hybrid position/force control of one foot (the paper's section IV.B).
 
-| paper          | here                                     |
-|----------------|------------------------------------------|
-| lambda_f,m     | `measured_wrench`                        |
-| A_TF           | `wrench_at_tcp()`, eq. 13                |
-| lambda_f       | `contact_wrench`                         |
-| lambda_f,d     | `desired_wrench`                         |
-| U^-1           | `inverse_gradient()`                     |
-| delta          | `time_constant`                          |
-| K_x            | `position_gain`                          |
-| b_f            | `blend` of `gait_phase`                  |
-| Delta w_a,f'   | `com_dynamics_rate`                      |
-| Delta w'       | `modification_rate()`, eq. 15, 16 and 21 |
-| w_mod, w_mod'  | `task_command`, eq. 10 and 11            |
+| paper          | here                               |
+|----------------|------------------------------------|
+| lambda_f,d     | `desired_wrench`                   |
+| U^-1           | `inverse_gradient()`               |
+| delta          | `time_constant`                    |
+| w_f'           | `force_rate`, eq. 15               |
 
-U is the gradient that the controller acts through: the pads in series with the servos. The paper
-says nothing of a foot that finds no ground where it is planned; that it seeks it
-(`seeking_rate()`) is our own choice.
+U is the gradient that the controller acts through: the pads in series with the servos. What is
+around it (eq. 10, 11, 12, 13, 16 and 21) is in `FootForceControl`.
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
 
-import numpy as np
-
-from lola_drake.block import Block, Part, State, law
-from lola_drake.parameters import parameter, validate
-from lola_drake.signals import (
-    CONTACT,
-    DESIRED_WRENCH,
-    GAIT_PHASE,
-    MEASURED_WRENCH,
-    PERIOD,
-    TASK_MODIFICATION,
-    TASK_REFERENCE,
-    TORSO_ORIENTATION,
-    Field,
-    Signal,
-)
-from lola_drake.theory.scalars import cos, exp, sin
-
-FORCE_CONTROLLED = np.array([3, 4, 2])
-"""S_c,f of eq. 12: sin gamma_x, sin gamma_y and z within a foot's task."""
-
-TOUCHED = -1.0
-"""Instead of how long a foot is overdue: it has touched the ground since its last swing."""
-
-OVERDUE = Signal(
-    "overdue",
-    "How long a foot has been overdue on the ground; -1 once it has touched.",
-    (Field("overdue", ("",), "s"),),
-)
+from lola_drake.block import law
+from lola_drake.blocks.foot_force_control import FootForceControl, FootForceControlParams
+from lola_drake.parameters import parameter
+from lola_drake.signals import PERIOD
+from lola_drake.theory.scalars import exp
 
 
 @dataclass(frozen=True)
-class HybridForceControlParams:
-    """The contact model, the error dynamics and the limits of the modification."""
+class HybridForceControlParams(FootForceControlParams):
+    """The error dynamics, and what is the same for all force laws."""
 
     time_constant: float = parameter(
         0.02,
@@ -66,141 +32,6 @@ class HybridForceControlParams:
         maximum=1,
         symbol="δ",
         slider=(0.005, 0.08, 0.001),
-    )
-    position_gain: float = parameter(
-        6.0,
-        "K_x, return of the swing foot to the plan",
-        "1/s",
-        minimum=0,
-        maximum=500,
-        symbol="K_x",
-        slider=(0, 50, 0.5),
-    )
-    grip_force: float = parameter(
-        50.0,
-        "vertical force from which on a foot's torques are controlled",
-        "N",
-        above=0,
-        maximum=300,
-    )
-    leveling: float = parameter(
-        1.0,
-        "part of the inclination by which an unloaded foot is turned back",
-        "-",
-        minimum=0,
-        maximum=1,
-    )
-    search_speed: float = parameter(
-        0.25,
-        "least speed at which a late foot seeks the ground, 0 for none",
-        "m/s",
-        minimum=0,
-        maximum=1,
-    )
-    search_onset: float = parameter(
-        0.03, "how long after its planned touchdown a foot is late", "s", minimum=0, maximum=1
-    )
-    search_ramp: float = parameter(
-        0.05, "duration in which the search reaches its speed", "s", above=0, maximum=1
-    )
-    max_height: float = parameter(
-        0.08, "limit of the foot's height modification", "m", above=0, maximum=0.3
-    )
-    max_height_rate: float = parameter(0.5, "limit of its rate", "m/s", above=0, maximum=5)
-    max_angle: float = parameter(
-        0.25, "limit of the foot's angle modification", "rad", above=0, maximum=0.8
-    )
-    max_angle_rate: float = parameter(2.0, "limit of its rate", "rad/s", above=0, maximum=20)
-
-    def __post_init__(self):
-        validate(self)
-
-    @property
-    def limits(self) -> np.ndarray:
-        """Return the limits of Delta w (sin gamma_x, sin gamma_y, z), shape (3,)."""
-        return np.array([self.max_angle, self.max_angle, self.max_height])
-
-    @property
-    def rate_limits(self) -> np.ndarray:
-        """Return the limits of its rate, shape (3,)."""
-        return np.array([self.max_angle_rate, self.max_angle_rate, self.max_height_rate])
-
-
-def overdue_time(overdue, planned, closed):
-    """Return how long a foot has been overdue on the ground, in the next tick (s).
-
-    `TOUCHED` holds from the first touch to the next swing, whatever the switches do: a foot that is
-    unloaded, or that bounces, is not late.
-
-    Args:
-        overdue: the same in this tick.
-        planned: 1 where the plan has the foot on the ground, 0 in its swing.
-        closed: number of the foot's closed switches.
-    """
-    if planned < 0.5:
-        return 0.0
-    if closed > 0 or overdue < 0:
-        return TOUCHED
-    return overdue + PERIOD
-
-
-def seeking_rate(rate, overdue, onset, ramp, speed):
-    """Return the rate of a foot's height (m/s): a late foot goes down at least at a landing speed.
-
-    Own choice. It ends where the foot touches, or at the limit of Delta w. The load moves on to the
-    foot as planned; nothing waits for it.
-
-    Args:
-        rate: by eq. 16 and 21.
-        overdue: how long the foot has been overdue (s), or `TOUCHED`.
-        onset: how long it may be (s).
-        ramp: duration in which the search reaches its speed (s).
-        speed: of the search (m/s), downward.
-    """
-    late = min(max((overdue - onset) / ramp, 0.0), 1.0)
-    return rate + late * min(-speed - rate, 0.0)
-
-
-class FootSensor(NamedTuple):
-    """What the controller knows about one foot below its force sensor.
-
-    Attributes:
-        p_TcpSensor: the sensor relative to the TCP, in the foot frame F (m).
-        weight: weight of the foot below the sensor (N).
-        p_TcpFoot: its CoM relative to the TCP, in F (m).
-    """
-
-    p_TcpSensor: Sequence[float]
-    weight: float
-    p_TcpFoot: Sequence[float]
-
-
-def wrench_at_tcp(measured, s_x, s_y, yaw, sensor):
-    """Return lambda_f = A_TF lambda_f,m (eq. 13), freed of the foot's own weight.
-
-    Args:
-        measured: [F, T] of the sensor in its own frame (N, Nm), shape (6,).
-        s_x: the foot's sin gamma_x in T.
-        s_y: its sin gamma_y.
-        yaw: its gamma_z (rad).
-        sensor: geometry and weight below the sensor, a `FootSensor`.
-
-    Returns:
-        T_x, T_y (Nm), F_z (N) at the TCP in T, shape (3,).
-    """
-    f_x, f_y, f_z = measured[0], measured[1], measured[2]
-    x, y, z = sensor.p_TcpSensor[0], sensor.p_TcpSensor[1], sensor.p_TcpSensor[2]
-    t_x = measured[3] + (y * f_z - z * f_y)
-    t_y = measured[4] + (z * f_x - x * f_z)
-    t_z = measured[5] + (x * f_y - y * f_x)
-    # R_TF for independent small rotations: the third row is (-sin gamma_y, sin gamma_x, cos).
-    c, s = cos(yaw), sin(yaw)
-    lean_x, lean_y = c * s_y + s * s_x, s * s_y - c * s_x
-    x, y = sensor.p_TcpFoot[0], sensor.p_TcpFoot[1]
-    return (
-        c * t_x - s * t_y + lean_x * t_z + sensor.weight * (s * x + c * y),
-        s * t_x + c * t_y + lean_y * t_z - sensor.weight * (c * x - s * y),
-        -s_y * f_x + s_x * f_y + f_z + sensor.weight,
     )
 
 
@@ -226,6 +57,21 @@ def inverse_gradient(inverse_contact_matrix, compliance, relaxation, time_consta
     )
 
 
+def motion(inverse, wrench_rate):
+    """Return the rates (sin gamma_x, sin gamma_y, z) that give a wrench's rate, shape (3,).
+
+    Args:
+        inverse: U^-1, shape (3, 3).
+        wrench_rate: of T_x, T_y (Nm/s) and F_z (N/s), shape (3,).
+    """
+    u, (t_x, t_y, f_z) = inverse, wrench_rate
+    return (
+        u[0][0] * t_x + u[0][1] * t_y + u[0][2] * f_z,
+        u[1][0] * t_x + u[1][1] * t_y + u[1][2] * f_z,
+        u[2][0] * t_x + u[2][1] * t_y + u[2][2] * f_z,
+    )
+
+
 def force_control_rate(inverse, error, desired_rate, time_constant):
     """Return w_f' of eq. 15 (sin gamma_x, sin gamma_y, z per second), shape (3,).
 
@@ -238,12 +84,7 @@ def force_control_rate(inverse, error, desired_rate, time_constant):
     t_x = desired_rate[0] + error[0] / time_constant
     t_y = desired_rate[1] + error[1] / time_constant
     f_z = desired_rate[2] + error[2] / time_constant
-    u = inverse
-    return (
-        u[0][0] * t_x + u[0][1] * t_y + u[0][2] * f_z,
-        u[1][0] * t_x + u[1][1] * t_y + u[1][2] * f_z,
-        u[2][0] * t_x + u[2][1] * t_y + u[2][2] * f_z,
-    )
+    return motion(inverse, (t_x, t_y, f_z))
 
 
 def held_time_constant(time_constant):
@@ -254,131 +95,32 @@ def held_time_constant(time_constant):
     return PERIOD / (1 - exp(-PERIOD / time_constant))
 
 
-def modification_rate(force_rate, com_dynamics_rate, deviation, blend, position_gain):
-    """Return one entry of Delta w' (eq. 16 and 21).
-
-    Args:
-        force_rate: w_f' of eq. 15.
-        com_dynamics_rate: Delta w_a,f' of eq. 20.
-        deviation: w - w_id in this direction.
-        blend: b_f, 1 for force control and 0 for position control.
-        position_gain: K_x (1/s).
-    """
-    return blend * (force_rate + com_dynamics_rate) - (1 - blend) * position_gain * deviation
+def wrench_error(wanted, contact_wrench):
+    """Return e = wanted - lambda: T_x, T_y (Nm), F_z (N)."""
+    return (
+        wanted[0] - contact_wrench[0],
+        wanted[1] - contact_wrench[1],
+        wanted[2] - contact_wrench[2],
+    )
 
 
-def limited_rate(rate, deviation, limit, rate_limit):
-    """Return the rate of one direction of Delta w, which ends where Delta w reaches its limit."""
-    rate = min(max(rate, -rate_limit), rate_limit)
-    return max(min(rate, (limit - deviation) / PERIOD), (-limit - deviation) / PERIOD)
-
-
-class HybridForceControl(Block):
-    """Turns one foot's force error into a modification of its trajectory.
-
-    Its state is Delta w, the modification of sin gamma_x, sin gamma_y and z, and how long the foot
-    has been overdue.
-    """
+class HybridForceControl(FootForceControl):
+    """Lets the force error die out as delta e' + e = 0 (eq. 14)."""
 
     Params = HybridForceControlParams
-    state = (TASK_MODIFICATION, State(OVERDUE, hidden=True, start=TOUCHED))
-    parts = {
-        "w_id": Part(TASK_REFERENCE, "w"),
-        "w_dot_id": Part(TASK_REFERENCE, "w_dot"),
-        "blend": Part(GAIT_PHASE, "blend"),
-        "support": Part(GAIT_PHASE, "support"),
-        "pads": Part(CONTACT, "pads"),
-        "wrench": Part(DESIRED_WRENCH, "wrench"),
-        "wrench_rate": Part(DESIRED_WRENCH, "rate"),
-        "measured": Part(MEASURED_WRENCH, ("F", "T")),
-        "phi": Part(TORSO_ORIENTATION, "phi"),
-    }
 
     @law
-    def task_command(
-        w_id,
-        w_dot_id,
-        blend,
+    def force_rate(
         wrench,
         wrench_rate,
         contact_wrench,
-        com_dynamics_rate,
-        phi,
-        task_modification,
-        overdue,
         time_constant,
-        position_gain,
         inverse_contact_matrix,
         compliance,
         relaxation,
-        grip_force,
-        leveling,
-        search_onset,
-        search_ramp,
-        search_speed,
-        limits,
-        rate_limits,
     ):
-        """Return w_mod and its rate, shape (12,)."""
-        delta = task_modification
-        error = (
-            wrench[0] - contact_wrench[0],
-            wrench[1] - contact_wrench[1],
-            wrench[2] - contact_wrench[2],
-        )
+        """Return w_f' of eq. 15."""
         inverse = inverse_gradient(inverse_contact_matrix, compliance, relaxation, time_constant)
         held = held_time_constant(time_constant)
-        force_rate = force_control_rate(inverse, error, wrench_rate, held)
-        grip = min(max(contact_wrench[2] / grip_force, 0.0), 1.0)
-        rate_x = modification_rate(
-            force_rate[0],
-            com_dynamics_rate[0],
-            delta[0] + leveling * phi[0],
-            grip * blend,
-            position_gain,
-        )
-        rate_y = modification_rate(
-            force_rate[1],
-            com_dynamics_rate[1],
-            delta[1] + leveling * phi[1],
-            grip * blend,
-            position_gain,
-        )
-        rate_z = modification_rate(
-            force_rate[2], com_dynamics_rate[2], delta[2], blend, position_gain
-        )
-        rate_z = seeking_rate(rate_z, overdue[0], search_onset, search_ramp, search_speed)
-        return (
-            w_id[0],
-            w_id[1],
-            w_id[2] + delta[2],
-            w_id[3] + delta[0],
-            w_id[4] + delta[1],
-            w_id[5],
-            w_dot_id[0],
-            w_dot_id[1],
-            w_dot_id[2] + limited_rate(rate_z, delta[2], limits[2], rate_limits[2]),
-            w_dot_id[3] + limited_rate(rate_x, delta[0], limits[0], rate_limits[0]),
-            w_dot_id[4] + limited_rate(rate_y, delta[1], limits[1], rate_limits[1]),
-            w_dot_id[5],
-        )
-
-    @law
-    def contact_wrench(measured, w_id, task_modification, sensor):
-        """Return lambda_f at the TCP, the foot being as it is commanded."""
-        s_x, s_y = w_id[3] + task_modification[0], w_id[4] + task_modification[1]
-        return wrench_at_tcp(measured, s_x, s_y, w_id[5], sensor)
-
-    @law
-    def next_task_modification(task_modification, task_command, w_dot_id):
-        """Integrate Delta w' over one period (eq. 11)."""
-        return (
-            task_modification[0] + PERIOD * (task_command[9] - w_dot_id[3]),
-            task_modification[1] + PERIOD * (task_command[10] - w_dot_id[4]),
-            task_modification[2] + PERIOD * (task_command[8] - w_dot_id[2]),
-        )
-
-    @law
-    def next_overdue(overdue, support, pads):
-        """Count how long the foot has been overdue."""
-        return (overdue_time(overdue[0], support, pads[0] + pads[1] + pads[2] + pads[3]),)
+        error = wrench_error(wrench, contact_wrench)
+        return force_control_rate(inverse, error, wrench_rate, held)

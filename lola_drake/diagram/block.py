@@ -4,7 +4,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from lola_drake import signals
+from lola_drake.signals import Signal
 
 KINDS = ("command", "sensor", "planning", "control", "actuation", "plant", "logging")
 """What a block is for, roughly in the order in which a signal meets them."""
@@ -20,17 +20,14 @@ class Port:
         held: Of an output: whether it hangs on the block's state alone, so that it shows an
             input one period later.
         connected: Whether a net of the picture ends here.
+        signal: What flows here, if it is known.
     """
 
     name: str
     size: int | None
     held: bool = False
     connected: bool = True
-
-    @property
-    def signal(self) -> signals.Signal | None:
-        """Return what flows here, if it is one of the controller's signals."""
-        return signals.signal_of(self.name)
+    signal: Signal | None = None
 
 
 End = tuple[str, str]

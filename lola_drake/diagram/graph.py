@@ -9,11 +9,14 @@ import dataclasses
 import inspect
 import re
 import sys
+from collections.abc import Mapping
 from pathlib import Path
 
 from pydrake.systems.framework import (
     Diagram,
+    InputPort,
     InputPortIndex,
+    OutputPort,
     OutputPortIndex,
     PortDataType,
     System,
@@ -21,6 +24,7 @@ from pydrake.systems.framework import (
 
 from lola_drake.diagram.block import Block, End, Net, Port
 from lola_drake.diagram.logs import mark_logs, pruned, wired, without_logs
+from lola_drake.signals import Signal, signal_of
 
 _LIBRARY_KINDS = {
     "ConstantVectorSource": "command",
@@ -70,8 +74,9 @@ def _read(system: System) -> Block:
         nets = _nets(system)
         inside = mark_logs([_read(child) for child in system.GetSystems()], nets)
         children = tuple(wired(child, nets) for child in inside)
-    inputs = [_port(system.get_input_port(i)) for i in range(system.num_input_ports())]
-    outputs = [_port(system.get_output_port(i)) for i in range(system.num_output_ports())]
+    own = {signal.name: signal for signal in declared.signals} if declared else {}
+    inputs = [_port(system.get_input_port(i), own) for i in range(system.num_input_ports())]
+    outputs = [_port(system.get_output_port(i), own) for i in range(system.num_output_ports())]
     through = tuple(
         (source.name, sink.name)
         for i, source in enumerate(inputs)
@@ -100,9 +105,11 @@ def _read(system: System) -> Block:
     )
 
 
-def _port(port) -> Port:
+def _port(port: InputPort | OutputPort, own: Mapping[str, Signal]) -> Port:
     abstract = port.get_data_type() == PortDataType.kAbstractValued
-    return Port(port.get_name(), None if abstract else port.size())
+    name = port.get_name()
+    signal = own.get(name) or signal_of(name)
+    return Port(name, None if abstract else port.size(), signal=signal)
 
 
 def _period(system: System) -> float | None:

@@ -18,6 +18,8 @@ def labels(results: Sequence[Result]) -> list[str]:
     scenarios = [result.scenario for result in results]
     for of in (
         lambda scenario: scenario.variant,
+        lambda scenario: scenario.active_control().law,
+        lambda scenario: f"{scenario.active_control().law} {scenario.variant}",
         lambda scenario: scenario.name,
         lambda scenario: f"{scenario.name} {scenario.variant}",
         lambda scenario: f"{scenario.name} {scenario.variant} seed {scenario.seed}",

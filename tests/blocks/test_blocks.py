@@ -6,6 +6,7 @@ import yaml
 
 from lola_drake import signals
 from lola_drake.block_system import BlockSystem
+from lola_drake.blocks.foot_force_control import FootForceControl
 from lola_drake.scenario import Scenario
 from lola_drake.signals import JOINTS, PERIOD, Signal
 from lola_drake.world import build_simulation
@@ -38,6 +39,8 @@ FEEDTHROUGH = {
             "com_dynamics_rate",
             "torso_orientation",
         },
+        "force_rate": {"task_reference", "desired_wrench", "measured_wrench"},
+        "grip": {"task_reference", "measured_wrench"},
         "contact_wrench": {"task_reference", "measured_wrench"},
         "task_modification": set(),
     },
@@ -51,6 +54,8 @@ FEEDTHROUGH = {
             "gait_phase",
             "desired_wrench",
             "measured_wrench",
+            "com_dynamics_rate_l",
+            "com_dynamics_rate_r",
             "torso_orientation",
         },
         "contact_wrench_l": {"measured_wrench"},
@@ -72,6 +77,7 @@ for _foot in "lr":
     ]["joint_command"]
 
 SIZES = {signal.name: signal.size for signal in vars(signals).values() if type(signal) is Signal}
+SIZES |= {signal.name: signal.size for signal in FootForceControl.signals}
 SIZES |= {"joint_desired_state": 2 * len(JOINTS), "joint_feedforward": len(JOINTS)}
 FROM_PLANT = {"reaction_forces", "contact_results"}
 STATELESS = {"imu_stabilizer"}

@@ -13,13 +13,8 @@ from lola_drake.blocks.configuration_force_control import (
     solved,
     spring_gradient,
 )
-from lola_drake.blocks.hybrid_force_control import (
-    FORCE_CONTROLLED,
-    FootSensor,
-    HybridForceControlParams,
-    force_control_rate,
-    modification_rate,
-)
+from lola_drake.blocks.foot_force_control import FORCE_CONTROLLED, FootSensor, modification_rate
+from lola_drake.blocks.hybrid_force_control import HybridForceControlParams, force_control_rate
 from lola_drake.blocks.inverse_kinematics import InverseKinematicsParams
 from lola_drake.robot import JOINT_INDEX, PADS, Kinematics, foot_sensor_geometry, posture
 from lola_drake.signals import GAIT_PHASE, TASK_REFERENCE

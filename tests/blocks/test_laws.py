@@ -5,8 +5,9 @@ import pytest
 from pydrake.autodiffutils import AutoDiffXd, ExtractGradient, ExtractValue, InitializeAutoDiff
 
 from lola_drake.block_system import BlockSystem, machine_value, plain_value, sample_arguments
+from lola_drake.blocks.force_laws import FORCE_LAWS
 from lola_drake.compiled import compiled, compiling
-from lola_drake.scenario import Scenario
+from lola_drake.scenario import PREDECESSOR, Control, Scenario
 from lola_drake.simulation import make_world
 
 CONVERTIBLE = {
@@ -17,14 +18,20 @@ CONVERTIBLE = {
     "com_dynamics_l",
     "com_dynamics_r",
 }
+RIVALS = ("damping", "second_order", "two_dof")
+CONVERTIBLE |= {f"{law}.force_control_{foot}" for law in RIVALS for foot in "lr"}
 """Blocks of plain algebra, which Drake can differentiate."""
 
 
 def all_blocks():
-    found = {}
-    for variant in ("dyn", "original"):
-        world = make_world(Scenario(variant=variant))
-        found |= world.sensors | world.controller
+    """Return every block by its name; those of the rival force laws as `law.force_control_l`."""
+    world = make_world(Scenario())
+    found = world.sensors | world.controller
+    for name in FORCE_LAWS:
+        rivals = make_world(Scenario(control=Control(law=name))).controller
+        for key, block in rivals.items():
+            if type(block) is FORCE_LAWS[name]:
+                found[key if name in ("hybrid", PREDECESSOR) else f"{name}.{key}"] = block
     return found
 
 

@@ -10,11 +10,8 @@ from pydrake.systems.primitives import AffineSystem, Linearize
 
 import lola_drake as lola
 from lola_drake.block_system import system_of
-from lola_drake.blocks.hybrid_force_control import (
-    FootSensor,
-    HybridForceControl,
-    HybridForceControlParams,
-)
+from lola_drake.blocks.foot_force_control import FootSensor
+from lola_drake.blocks.hybrid_force_control import HybridForceControl, HybridForceControlParams
 from lola_drake.blocks.imu_stabilizer import ImuStabilizerParams
 from lola_drake.linear.errors import AnalysisError
 from lola_drake.linear.isolated import discrete_state, own_context, set_discrete_state
