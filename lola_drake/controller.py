@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
+from typing import Any
 
 import numpy as np
 from pydrake.systems.framework import (
@@ -106,7 +107,7 @@ def controller_blocks(
 def _task_space(scenario: Scenario, kinematics: Kinematics, stance: Stance) -> dict[str, Block]:
     """Return the force control and the CoM dynamics of each foot, and the inverse kinematics."""
     control = scenario.active_control()
-    known = {
+    known: dict[str, Any] = {
         **shared(control.force),
         "inverse_contact_matrix": np.linalg.inv(pads_matrix(scenario)),
         "sensor": FootSensor(*foot_sensor_geometry(kinematics)),
@@ -129,7 +130,7 @@ def _task_space(scenario: Scenario, kinematics: Kinematics, stance: Stance) -> d
     )
 
 
-def shared(params: FootForceControlParams) -> dict[str, object]:
+def shared(params: FootForceControlParams) -> dict[str, Any]:
     """Return what is the same for all force laws of a foot, by the names that their laws know."""
     names = (*(field.name for field in fields(FootForceControlParams)), "limits", "rate_limits")
     return {name: getattr(params, name) for name in names}

@@ -21,7 +21,7 @@ The paper says nothing of a foot that finds no ground where it is planned; that 
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import ClassVar, NamedTuple
 
 import numpy as np
 
@@ -241,9 +241,12 @@ class FootForceControl(Block):
     has been overdue.
     """
 
-    Params = FootForceControlParams
-    signals = (FORCE_RATE, GRIP)
-    state = (TASK_MODIFICATION, State(OVERDUE, hidden=True, start=TOUCHED))
+    Params: ClassVar[type] = FootForceControlParams
+    signals: ClassVar[tuple[Signal, ...]] = (FORCE_RATE, GRIP)
+    state: ClassVar[tuple[Signal | State, ...]] = (
+        TASK_MODIFICATION,
+        State(OVERDUE, hidden=True, start=TOUCHED),
+    )
     parts = {
         "w_id": Part(TASK_REFERENCE, "w"),
         "w_dot_id": Part(TASK_REFERENCE, "w_dot"),
