@@ -85,15 +85,18 @@ def metrics(times: np.ndarray, signals: Signals, limits: Limits) -> dict[str, ob
     def each(law: Callable[[Signals], np.ndarray]) -> np.ndarray:
         return by_blocks(law, signals, len(times))
 
+    def place_of(name: str) -> Callable[[Signals], np.ndarray]:
+        return lambda rows: rows[name][:, :2]
+
     def walked() -> tuple[float, float, np.ndarray]:
-        place = each(lambda rows: rows["torso_pose"][:, :2])
+        place = each(place_of("torso_pose"))
         gait = each(lambda rows: rows["gait_phase"])
         return distance(place, gait), mean_speed(times, place, gait), walking_part(gait)
 
     def stood() -> tuple[float, float]:
         force = each(lambda rows: rows["ground_force"])
         forces = [force[:, GROUND_FORCE.slice(f"F_{foot}")] for foot in FEET]
-        feet = (each(lambda rows, name=f"foot_pose_{foot}": rows[name][:, :2]) for foot in FEET)
+        feet = (each(place_of(f"foot_pose_{foot}")) for foot in FEET)
         return max_foot_force([f[settled:] for f in forces]), max(map(max_slip, feet, forces))
 
     def leant() -> tuple[dict[str, float], float | None]:

@@ -1,6 +1,6 @@
 """A simulation under way, whichever engine runs it: its time, signals, gains and record."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import Field as DataclassField
 from dataclasses import replace
 from functools import cached_property
@@ -318,6 +318,7 @@ class Run:
             # The last samples may be what made it fail.
             broken = np.flatnonzero(~np.isfinite(data).all(axis=1))
             times, data = times[: min(broken, default=None)], data[: min(broken, default=None)]
+        signals: Mapping[str, np.ndarray]
         if recorder is None:
             signals = self._signals(data)
         else:

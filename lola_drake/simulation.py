@@ -74,7 +74,7 @@ def simulate(
         result = run.result(time.perf_counter() - began, error, recorder)
         if recorder is not None:
             write_summary(result, recorder.path.parent)
-    if isinstance(result.signals, RecordedSignals):
+    if folder is not None and isinstance(result.signals, RecordedSignals):
         result.signals.move(Path(folder).resolve())
     return result
 

@@ -177,7 +177,7 @@ def set_at(data: typing.Any, path: str, value: object) -> None:
         data, walked = data[known[name]], _join(walked, name)
 
 
-def leaves(data: object, key: str = "") -> dict[str, object]:
+def leaves(data: typing.Any, key: str = "") -> dict[str, typing.Any]:
     """Return nested dicts as one flat dict with dotted keys; lists count as values."""
     if not isinstance(data, dict):
         return {key: data}

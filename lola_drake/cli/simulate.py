@@ -82,8 +82,7 @@ def simulate(
         live = meshcat or diagram
         view = live_view(chosen, host, kept, diagram=diagram) if live else None
         with _simulated(chosen.name, chosen.duration, show=not quiet) as advance:
-            options = {"attend": view, "engine": engine, "folder": folder, "force": force}
-            result = run(chosen, progress=advance, **options)
+            result = run(chosen, advance, attend=view, engine=engine, folder=folder, force=force)
         if view and view.interfered:
             result = view.signed(result)
             with interruption():

@@ -1,5 +1,7 @@
 """The walk from above: footprints, centre of mass, zero moment point."""
 
+from collections.abc import Mapping
+
 import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch, Polygon
@@ -72,7 +74,7 @@ def to_world(scenario: Scenario, points: np.ndarray) -> np.ndarray:
     return turn.transform(points)
 
 
-def zero_moment_point(signals: dict[str, np.ndarray]) -> np.ndarray:
+def zero_moment_point(signals: Mapping[str, np.ndarray]) -> np.ndarray:
     """Return where the pressure under both feet acts, from their sensors, in W, shape (n, 2).
 
     NaN where the feet are not loaded.
@@ -84,13 +86,13 @@ def zero_moment_point(signals: dict[str, np.ndarray]) -> np.ndarray:
     return weighted / np.where(total > LOADED, total, np.nan)[:, None]
 
 
-def vertical_force(signals: dict[str, np.ndarray], foot: str) -> np.ndarray:
+def vertical_force(signals: Mapping[str, np.ndarray], foot: str) -> np.ndarray:
     """Return the vertical force on one foot as its sensor has it, none if it is hardly loaded."""
     force = signals[f"contact_wrench_{foot}"][:, CONTACT_WRENCH.slice("wrench")][:, 2]
     return np.where(force > LOADED, force, 0.0)
 
 
-def pressure_point(signals: dict[str, np.ndarray], foot: str) -> np.ndarray:
+def pressure_point(signals: Mapping[str, np.ndarray], foot: str) -> np.ndarray:
     """Return where the pressure under one foot acts, in W, shape (n, 2); NaN if hardly loaded."""
     torque = signals[f"contact_wrench_{foot}"][:, CONTACT_WRENCH.slice("wrench")][:, :2]
     force = vertical_force(signals, foot)[:, None]

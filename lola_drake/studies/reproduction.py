@@ -12,11 +12,11 @@ import numpy as np
 
 from lola_drake.results import software_versions
 from lola_drake.scenario import Scenario, load_scenario, override
-from lola_drake.studies.row import survived
+from lola_drake.studies.row import Summary, survived
 from lola_drake.studies.sampled_worlds import sample_world
 from lola_drake.studies.statistics import interval, median, paired_p, quartiles
 from lola_drake.studies.study import Progress, Study
-from lola_drake.studies.variants import COMPARED, Summary, change_percent
+from lola_drake.studies.variants import COMPARED, change_percent
 
 
 @dataclass(frozen=True)
@@ -150,7 +150,7 @@ def run_experiments(
         experiments: what to do.
         plant: the engine of the robot and its ground.
     """
-    worlds = list(range(samples)) or [None]
+    worlds: list[int | None] = [*range(samples)] or [None]
     # World by world, so that a study that is stopped has all experiments in the first ones.
     wanted = [(e, world) for world in worlds for e in experiments]
     scenarios = [scenario for e, world in wanted for scenario in e.scenarios(world, plant)]

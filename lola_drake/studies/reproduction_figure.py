@@ -1,6 +1,7 @@
 """The paired differences of all experiments: every world a dot."""
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -9,8 +10,7 @@ from matplotlib.lines import Line2D
 
 from lola_drake.figures.style import FAINT, INK, LEFT, RIGHT, look
 from lola_drake.studies.reproduction import Outcome
-from lola_drake.studies.row import survived
-from lola_drake.studies.statistics import median, quartiles
+from lola_drake.studies.row import Summary, survived
 
 WIDTH, ROW = 7.0, 1.75
 """Inches: the width of both columns of a paper, and the height of an experiment."""
@@ -22,9 +22,9 @@ ENTRIES = (
     ("rms_torque_error_Nm", "y", "RMS $e_{T_y}$"),
 )
 
-WORLD = {"marker": "o", "color": LEFT, "ms": 3, "alpha": 0.6, "mec": "none"}
-MEDIAN = {"marker": "|", "color": INK, "ms": 13, "mew": 1.6}
-PAPER = {"marker": "D", "color": RIGHT, "ms": 5}
+WORLD: dict[str, Any] = {"marker": "o", "color": LEFT, "ms": 3, "alpha": 0.6, "mec": "none"}
+MEDIAN: dict[str, Any] = {"marker": "|", "color": INK, "ms": 13, "mew": 1.6}
+PAPER: dict[str, Any] = {"marker": "D", "color": RIGHT, "ms": 5}
 LEGEND = [
     Line2D([], [], ls="none", label=label, **style)
     for label, style in (("world", WORLD), ("median, quartiles", MEDIAN), ("paper", PAPER))
@@ -61,7 +61,7 @@ def _draw_pairs(ax: Axes, outcome: Outcome) -> None:
     ax.grid(axis="x", visible=False)
 
 
-def _inclination(summary: dict) -> float:
+def _inclination(summary: Summary) -> float:
     """Return the largest inclination about both axes together; NaN for a fall or an error."""
     if not survived(summary):
         return np.nan
@@ -76,8 +76,9 @@ def _draw_changes(ax: Axes, outcome: Outcome) -> None:
         if len(changes):
             spread = 0.15 * (np.arange(len(changes)) % 5 - 2) if len(changes) > 1 else 0.0
             ax.plot(changes, np.full(len(changes), row) + spread, ls="none", **WORLD)
-            ax.plot(quartiles(changes), [row, row], color=INK, lw=3.5, alpha=0.35)
-            ax.plot(median(changes), row, **MEDIAN)
+            first, middle, third = np.percentile(changes, [25, 50, 75])
+            ax.plot([first, third], [row, row], color=INK, lw=3.5, alpha=0.35)
+            ax.plot(middle, row, **MEDIAN)
         reported = outcome.experiment.paper.get(metric, {}).get(axis)
         if reported is not None:
             ax.plot(reported, row, **PAPER)

@@ -5,6 +5,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from functools import cache
+from typing import Any
 
 from lola_drake import typed_yaml
 from lola_drake.errors import ResultError
@@ -12,7 +13,7 @@ from lola_drake.results import software_versions
 from lola_drake.scenario import Scenario, differences
 from lola_drake.studies.run_key import software_digest
 
-Summary = dict[str, object]
+Summary = Mapping[str, Any]
 """The content of summary.json; of a run that left no record what `without_record` gives."""
 
 LOST = "lost"

@@ -1,6 +1,7 @@
 """What the studies print: tables of comparisons, reproduction, and search for gains."""
 
 from collections.abc import Mapping
+from typing import Any
 
 from rich.table import Table
 
@@ -102,7 +103,7 @@ def signed(value: float | None, digits: int = 1) -> str:
     return "-" if value is None else f"{value:+.{digits}f}"
 
 
-def _entry(value: object, axis: str | None) -> float | None:
+def _entry(value: Any, axis: str | None) -> float | None:
     return value if axis is None else value[axis]
 
 

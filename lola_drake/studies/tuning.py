@@ -16,10 +16,9 @@ import numpy as np
 from lola_drake import typed_yaml
 from lola_drake.results import software_versions
 from lola_drake.scenario import Scenario, load_scenario
-from lola_drake.studies.row import survived
+from lola_drake.studies.row import Summary, survived
 from lola_drake.studies.sampled_worlds import sample_world
 from lola_drake.studies.study import Study
-from lola_drake.studies.variants import Summary
 
 SCENARIOS = ("step_down", "board_9cm")
 """What the gains are chosen in: where `ref` can fall."""
@@ -153,7 +152,9 @@ def coordinate_search(
 
 def tuning_scenarios(values: Values, samples: int) -> list[Scenario]:
     """Return the runs that decide over gains: in every world each of `SCENARIOS`, and `CALM`."""
-    runs = [(name, {}) for name in SCENARIOS] + [(CALM, {"duration": CALM_DURATION})]
+    runs: list[tuple[str, dict]] = [(name, {}) for name in SCENARIOS] + [
+        (CALM, {"duration": CALM_DURATION})
+    ]
     return [
         sample_world(load_scenario(name, {"variant": "ref", **values, **changes}), FIRST_SEED + i)
         for i in range(samples)

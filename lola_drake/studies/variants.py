@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 from lola_drake.atomic_file import whole_folder, write_json
 from lola_drake.errors import ResultError
@@ -9,7 +10,7 @@ from lola_drake.figures.run_figures import save_figure
 from lola_drake.figures.variants_figure import variants_figure
 from lola_drake.results import Result
 from lola_drake.scenario import Scenario, ScenarioError, as_scenario, override
-from lola_drake.studies.row import survived
+from lola_drake.studies.row import Summary, survived
 from lola_drake.studies.workers import Processes, inline
 
 COMPARISON = "compare.json"
@@ -24,8 +25,6 @@ COMPARED = {
     "max_slip_m": (),
 }
 """The metrics of which changes are stated, with their axes; from all of them, less is better."""
-
-Summary = Mapping[str, object]
 
 
 def compare(
@@ -74,7 +73,7 @@ def comparison(results: Sequence[Result]) -> dict[str, object]:
     }
 
 
-def change_percent(first: Summary, second: Summary) -> dict[str, object]:
+def change_percent(first: Summary, second: Summary) -> dict[str, Any]:
     """Return by how many percent each compared metric of the second run differs from the first's.
 
     None where there is nothing to compare: one of them has no value, the first is zero, or one of
@@ -85,7 +84,7 @@ def change_percent(first: Summary, second: Summary) -> dict[str, object]:
     return {metric: _change(first[metric], second[metric]) for metric in COMPARED}
 
 
-def _change(first: object, second: object) -> object:
+def _change(first: Any, second: Any) -> Any:
     if isinstance(first, Mapping):
         return {axis: _change(first[axis], second[axis]) for axis in first}
     if first is None or second is None or first == 0:

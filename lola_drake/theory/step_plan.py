@@ -6,6 +6,7 @@ tables is everything the controller needs in one tick.
 """
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -62,7 +63,8 @@ def plan_step(model: PatternModel, request: StepRequest) -> StepPlan:
     stepping = len(schedule.swings) > 0
     duration = schedule.swings[0][2] if stepping else schedule.end
     at = sample(schedule, model.period * np.arange(round(duration / model.period) + 1))
-    com = tuple(values.T for values in horizon.com(at.time))
+    position, velocity, acceleration = (values.T for values in horizon.com(at.time))
+    com = position, velocity, acceleration
     zmp = reference_zmp(model, at) + bump(at.time / horizon.shifting) * horizon.shift[:, None]
     return StepPlan(
         duration=duration,
@@ -86,7 +88,7 @@ _Motion = tuple[np.ndarray, np.ndarray, np.ndarray]
 """The CoM's position, velocity and acceleration, each of shape (3, n)."""
 
 
-def _table(signal: Signal, at: Sampled, fields: dict[str, object]) -> np.ndarray:
+def _table(signal: Signal, at: Sampled, fields: dict[str, Any]) -> np.ndarray:
     """Return a signal with one row per time, given the rows of its fields."""
     table = np.zeros((len(at.time), signal.size))
     for name, values in fields.items():
