@@ -42,15 +42,6 @@ LIMITS = ("joint_angle", "joint_speed", "joint_torque", "friction")
 BLOCK = 5000
 """Samples that are looked at together."""
 
-UNSETTLED = {
-    "max_inclination_deg": {"x": None, "y": None},
-    "rms_torque_error_Nm": {"x": None, "y": None},
-    "max_foot_force_N": None,
-    "settling_time_s": None,
-    "max_com_vertical_acceleration_m_per_s2": None,
-}
-"""What cannot be said of a run that ends before it has settled."""
-
 FOOT_HEIGHT = 0.1
 """From the sole to the ankle (m): what of one foot another one may meet."""
 
@@ -78,8 +69,8 @@ class Limits:
 def metrics(times: np.ndarray, signals: Signals, limits: Limits) -> dict[str, object]:
     """Return all metrics of a run (until its fall, if it falls), by the names of summary.json.
 
-    Signals that lie on the disk are read some rows at a time, and no more is kept of them than one
-    metric needs.
+    Of a run that ends before it has settled little is said. Signals that lie on the disk are read
+    some rows at a time, and no more is kept of them than one metric needs.
     """
 
     def each(law: Callable[[Signals], np.ndarray]) -> np.ndarray:
@@ -128,7 +119,15 @@ def metrics(times: np.ndarray, signals: Signals, limits: Limits) -> dict[str, ob
         "drive_work_J": drive_work(times[counted], each(drive_power)[counted]),
         "steps_beyond_limits": _counts(beyond),
     }
-    return found if settled < len(times) else found | UNSETTLED
+    if settled < len(times):
+        return found
+    said = ("distance_m", "mean_speed_m_per_s", "steps_with_feet_colliding")
+    return {name: value if name in said else _unsaid(value) for name, value in found.items()}
+
+
+def _unsaid(value: object) -> object:
+    """Return a metric of which nothing can be said: None in the place of every number."""
+    return dict.fromkeys(value) if isinstance(value, dict) else None
 
 
 def by_blocks(law: Callable[[Signals], np.ndarray], signals: Signals, count: int) -> np.ndarray:

@@ -1,8 +1,9 @@
-"""Momentum of the robot above its force sensors, to hold against what they read."""
+"""Momentum of the robot, to hold against forces: Newton."""
 
 import numpy as np
 from pydrake.math import RigidTransform
 
+from lola_drake.robot import Kinematics
 from lola_drake.signals import MEASURED_WRENCH
 from lola_drake.theory.constants import GRAVITY
 
@@ -33,3 +34,14 @@ def load(X_WSensor: RigidTransform, reading: np.ndarray, foot: str) -> np.ndarra
     force = X_WSensor.rotation() @ reading[MEASURED_WRENCH.slice(f"F_{foot}")]
     torque = X_WSensor.rotation() @ reading[MEASURED_WRENCH.slice(f"T_{foot}")]
     return np.r_[torque + np.cross(X_WSensor.translation(), force), force]
+
+
+def force_residual(result) -> np.ndarray:
+    """Return m c'' minus gravity and the ground's forces (N) in every tick, shape (n - 2, 3).
+
+    A force that is recorded has acted from the tick before on.
+    """
+    com, force = result.signals["com_position"], result.signals["ground_force"]
+    acceleration = np.diff(com, 2, axis=0) / np.diff(result.times[:2]) ** 2
+    ground = force.reshape(-1, 2, 3).sum(axis=1)
+    return Kinematics().mass * (acceleration + [0, 0, GRAVITY]) - ground[2:]

@@ -90,6 +90,37 @@ def test_pressed_foot_agrees_with_the_contact_model(pressed_foot, roll, pitch, h
     assert (np.abs(actual - expected) < allowed).all(), (actual, expected)
 
 
+def test_a_contact_gives_back_no_more_than_it_takes(pressed_foot):
+    """LOLA falls on one stiff leg and slides: its energy never exceeds what it had before."""
+    simulator = Simulator(pressed_foot.diagram, pressed_foot.context.Clone())
+    plant = pressed_foot.plant
+    context = plant.GetMyMutableContextFromRoot(simulator.get_mutable_context())
+    (free_joint,) = (
+        plant.get_joint(index)
+        for index in plant.GetJointIndices()
+        if plant.get_joint(index).num_velocities() == 6
+    )
+    free_joint.Unlock(context)
+    torso, foot = plant.GetBodyByName("torso"), plant.GetFrameByName("tcp_l")
+    X_FootTorso = foot.CalcPose(context, torso.body_frame()).inverse()
+    start = RigidTransform([0.0, 0.0, 0.02]) @ X_FootTorso
+    plant.SetFloatingBaseBodyPoseInWorldFrame(context, torso, start)
+    velocity = np.zeros(plant.num_velocities())
+    velocity[3] = 0.3
+    plant.SetVelocities(context, velocity)
+    energy, touching = [], []
+    results = plant.get_contact_results_output_port()
+    for k in range(350):
+        energy.append(plant.CalcKineticEnergy(context) + plant.CalcPotentialEnergy(context))
+        touching.append(results.Eval(context).num_hydroelastic_contacts() > 0)
+        simulator.AdvanceTo((k + 1) * 1e-3)
+    energy, free = np.array(energy), ~np.array(touching)
+    assert 0.2 < np.mean(touching) < 0.9
+    assert np.diff(energy)[free[1:] & free[:-1]] == pytest.approx(0.0, abs=0.01)
+    assert energy.max() < energy[0] + 1e-6 * abs(energy[0])
+    assert energy[-1] < energy[0] - 5.0
+
+
 def test_forces_and_moments_are_newtons_while_walking():
     """What the force sensors read is the rate of momentum of everything above them."""
     scenario = load_scenario("walk_flat", ["sensors.ideal=true", "duration=3"])
