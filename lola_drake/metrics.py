@@ -320,6 +320,19 @@ def steps_beyond_limits(signals: Signals, limits: Limits) -> dict[str, int]:
 
 def _beyond_limits(signals: Signals, limits: Limits) -> np.ndarray:
     """Return whether a step reached each of the `LIMITS`, shape (n, 4)."""
+    reached = limits_reached(signals, limits).values()
+    return np.column_stack([where.any(axis=1) for where in reached])
+
+
+def _counts(beyond: np.ndarray) -> dict[str, int]:
+    return dict(zip(LIMITS, beyond.sum(axis=0).tolist(), strict=True))
+
+
+def limits_reached(signals: Signals, limits: Limits) -> dict[str, np.ndarray]:
+    """Return when what is at its limit, by the `LIMITS`.
+
+    Of joints the arrays have the shape (n, 24), of the friction (n, 2), a column for each foot.
+    """
     q = signals["joint_position"]
     forces = (signals["ground_force"][:, GROUND_FORCE.slice(f"F_{foot}")] for foot in FEET)
     sliding = [
@@ -333,11 +346,7 @@ def _beyond_limits(signals: Signals, limits: Limits) -> np.ndarray:
         np.abs(signals["joint_torque"]) >= limits.torque,
         np.column_stack(sliding),
     )
-    return np.column_stack([where.any(axis=1) for where in reached])
-
-
-def _counts(beyond: np.ndarray) -> dict[str, int]:
-    return dict(zip(LIMITS, beyond.sum(axis=0).tolist(), strict=True))
+    return dict(zip(LIMITS, reached, strict=True))
 
 
 def _length(points: np.ndarray) -> float:

@@ -18,6 +18,13 @@ if TYPE_CHECKING:
     from lola_drake.studies.study import Study
 
 Jobs = Annotated[int, typer.Option(min=1, help="Simulations that run at a time.")]
+Until = Annotated[
+    str | None,
+    typer.Option(
+        metavar="WIDTH%",
+        help="Fewer worlds, once all 95 % intervals of what is counted are so narrow (such as 5%).",
+    ),
+]
 Folder = Annotated[Path | None, typer.Option("--output", "-o", help="Folder of what is written.")]
 
 

@@ -183,6 +183,10 @@ class Store:
         """Return which of some runs are there, and were not lost."""
         return {key for (key,) in self._of(keys, "key", "AND outcome <> 'lost'")}
 
+    def numbers(self, keys: Iterable[str]) -> dict[str, int]:
+        """Return the numbers of the rows of some runs, as far as they are there."""
+        return dict(self._of(keys, "key, id"))
+
     def summaries(self, keys: Iterable[str]) -> dict[str, Summary]:
         """Return the summaries of some runs, as far as they are there."""
         versions = dict(self.execute("SELECT id, versions FROM software"))

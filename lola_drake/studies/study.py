@@ -17,8 +17,9 @@ a summary for each, in the same order:
 * A run is known by its whole scenario, by the files of the laws that this names, and by the
   software (`run_key`). So a file can be continued after any change, hold many studies, and never
   mixes what does not belong together. Scenarios that are equal are run once.
-* A summary is the content of summary.json. A run that failed has an `error` in it, and perhaps no
-  metrics; it stops nothing. `survived` counts falls and errors alike.
+* A summary is the content of summary.json, and what came before a fall (`fall_events`). A run that
+  failed has an `error` in it, and perhaps no metrics; it stops nothing. `survived` counts falls and
+  errors alike.
 * A scenario that cannot be run (a `LolaError`) ends the study at once: it is for its user to mend.
 * Ctrl-C is a KeyboardInterrupt here; what is done by then is kept. After SIGKILL it is, too.
 * Workers are `Processes(jobs)`, `inline`, or a `Cluster`, see `workers`.
@@ -29,6 +30,7 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
 from lola_drake.errors import LolaError
+from lola_drake.fall_events import fall_events
 from lola_drake.scenario import Scenario
 from lola_drake.studies.old_lines import take_over
 from lola_drake.studies.row import Summary, row_of, without_record
@@ -111,7 +113,8 @@ def _summary(scenario: Scenario) -> Summary:
     from lola_drake.simulation import simulate
 
     try:
-        return simulate(scenario).summary
+        result = simulate(scenario)
+        return result.summary | {"fall_events": fall_events(result)}
     except LolaError:
         raise
     except Exception as error:

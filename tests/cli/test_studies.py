@@ -232,3 +232,38 @@ def test_bench_says_which_package_is_missing_before_it_measures(lola_bench, monk
     done = lola_bench("--vs-mujoco")
     assert done.exit_code == 2 and not lola_bench.measured
     assert done.stderr == "lola: MuJoCo needs a package: pip install 'lola_drake[bench]'\n"
+
+
+def test_sweep_writes_table_figure_and_content(lola, tmp_path):
+    vary = ("--vary", "ground.obstacles.0.height=0.055,0.085")
+    done = lola("sweep", "step_down", *vary, "--worlds", "2")
+    assert done.exit_code == 0, done.output
+    folder = tmp_path / "runs" / "sweep_step_down"
+    assert {path.name for path in folder.iterdir()} == {
+        "runs.sqlite",
+        "sweep.json",
+        "sweep.svg",
+        "sweep.png",
+    }
+    content = json.loads((folder / "sweep.json").read_text())
+    low, high = content["points"]
+    assert low["change_percent"]["median"] == pytest.approx(-50.0)
+    assert high["variants"]["ref"]["falls"] == 2 and high["variants"]["dyn"]["falls"] == 0
+    assert "lola study replay runs/sweep_step_down/runs.sqlite" in done.stdout
+    before = len(lola.runs)
+    assert json.loads(lola("sweep", "step_down", *vary, "--worlds", "3", "--json").stdout)
+    assert len(lola.runs) == before + 4
+
+
+def test_a_sweep_that_cannot_be_is_one_line_before_anything_runs(lola, tmp_path):
+    for arguments, message in (
+        (["--vary", "ground.friction=0.5:0.9:4000", "--vary", "duration=1:9:3000"], "12,000,000"),
+        (["--vary", "ground.frction=1,2"], "no such key"),
+        (["--vary", "ground.friction=-1,1"], "the point ground.friction=-1"),
+        (["--vary", "ground.friction=0.7,0.8", "--worlds", "2"], "makes no difference here"),
+        (["--vary", "duration=2,3", "--until", "no"], "until: 'no' is not allowed"),
+        (["--vary", "duration=2,3", "--variants", "ref,best"], "'best'"),
+    ):
+        done = lola("sweep", "step_down", *arguments)
+        assert done.exit_code == 2 and message in done.stderr and done.stderr.count("\n") == 1
+    assert not lola.runs and not list(tmp_path.iterdir())

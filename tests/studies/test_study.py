@@ -58,7 +58,7 @@ def test_summaries_are_in_the_order_of_the_scenarios(file, simulated):
 
 def test_a_summary_is_the_same_from_the_run_and_from_the_file(file, simulated, make_result):
     (summary,) = Study(file, inline).run(scenarios(3))
-    assert summary == make_result(Scenario(seed=3), steps=1).summary
+    assert summary == make_result(Scenario(seed=3), steps=1).summary | {"fall_events": []}
     assert Study(file, inline).run(scenarios(3)) == [summary]
 
 
