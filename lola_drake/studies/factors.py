@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -29,11 +30,11 @@ class Factor:
     """
 
     key: str
-    values: tuple[object, ...]
+    values: tuple[Any, ...]
     is_range: bool = False
     is_whole: bool = False
 
-    def at(self, share: float) -> object:
+    def at(self, share: float) -> Any:
         """Return the value at a part of the way, from 0 to below 1."""
         if not self.is_range:
             return self.values[int(share * len(self.values))]
@@ -83,8 +84,8 @@ def _parsed(text: str, base: Scenario) -> Factor:
 
 def _range(key: str, what: str, whole: bool) -> Factor:
     parts = what.split(":")
-    numbers = [_number(part) for part in parts]
-    if len(parts) not in (2, 3) or None in numbers:
+    numbers = [number for part in parts if (number := _number(part)) is not None]
+    if not 2 <= len(parts) == len(numbers) <= 3:
         raise SweepError(f"{key}: {shown(what)} is not of the form FROM:TO:N, all of them numbers")
     low, high, *count = numbers
     if not low < high:

@@ -140,13 +140,16 @@ def run_sweep(
 
 
 def _content(sweep: Sweep, summaries: Sequence[Summary]) -> dict[str, object]:
-    worlds = len(summaries) // sweep.runs_per_world
-    # By world, point and variant.
-    table = np.array(summaries, dtype=object).reshape(worlds, len(sweep.points), -1)
+    count = len(sweep.variants)
+    # Of each point and variant: its runs by world.
+    runs = [
+        [summaries[i * count + k :: sweep.runs_per_world] for k in range(count)]
+        for i in range(len(sweep.points))
+    ]
     return {
         "scenario": sweep.base.name,
         "variants": list(sweep.variants),
-        "worlds": worlds,
+        "worlds": len(summaries) // sweep.runs_per_world,
         "metric": sweep.metric,
         "design": sweep.design,
         "factors": {
@@ -154,36 +157,36 @@ def _content(sweep: Sweep, summaries: Sequence[Summary]) -> dict[str, object]:
             for factor in sweep.factors
         },
         "points": [
-            {"values": dict(point), **_at_point(sweep, table[:, i])}
-            for i, point in enumerate(sweep.points)
+            {"values": dict(point), **_at_point(sweep, at)}
+            for point, at in zip(sweep.points, runs, strict=True)
         ],
         "causes": {
-            variant: statistics.causes(table[:, :, k].ravel())
+            variant: statistics.causes([run for at in runs for run in at[k]])
             for k, variant in enumerate(sweep.variants)
         },
     }
 
 
-def _at_point(sweep: Sweep, runs: np.ndarray) -> dict[str, object]:
-    """Return what is found at a point, of its runs by world and variant."""
-    values = np.array([[metric_of(summary, sweep.metric) for summary in row] for row in runs])
+def _at_point(sweep: Sweep, runs: Sequence[Sequence[Summary]]) -> dict[str, object]:
+    """Return what is found at a point, of the runs of each variant, all in the same worlds."""
+    values = [np.array([metric_of(run, sweep.metric) for run in of]) for of in runs]
     found: dict[str, object] = {
         "variants": {
             variant: {
-                "survived": statistics.share(runs[:, k]),
-                "falls": sum(bool(summary["fell"]) for summary in runs[:, k]),
-                "failures": sum(bool(summary["error"]) for summary in runs[:, k]),
-                "metric": statistics.spread(_known(values[:, k])),
+                "survived": statistics.share(of),
+                "falls": sum(bool(run["fell"]) for run in of),
+                "failures": sum(bool(run["error"]) for run in of),
+                "metric": statistics.spread(_known(metric)),
             }
-            for k, variant in enumerate(sweep.variants)
+            for variant, of, metric in zip(sweep.variants, runs, values, strict=True)
         }
     }
-    if len(sweep.variants) > 1:
+    if len(runs) > 1:
+        first, second, *_ = values
         with np.errstate(divide="ignore", invalid="ignore"):
-            changes = _known(100 * (values[:, 1] - values[:, 0]) / values[:, 0])
-        found["change_percent"] = statistics.spread(changes) | {
-            "paired_p": statistics.paired_p(changes)
-        }
+            changes = _known(100 * (second - first) / first)
+        paired_p = statistics.paired_p(changes)
+        found["change_percent"] = {**statistics.spread(changes), "paired_p": paired_p}
     return found
 
 
