@@ -3,18 +3,30 @@
 Every check raises a ParameterError with the key as it stands in a scenario.
 """
 
-import itertools
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from math import radians
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from lola_drake.obstacles import Footprint
 from lola_drake.parameters import ParameterError
-from lola_drake.theory.footholds import GREATEST_AGAIN, LEFT, RIGHT, foothold, reach, sole
+from lola_drake.signals import FEET
+from lola_drake.theory.footholds import (
+    GREATEST_AGAIN,
+    LEFT,
+    RIGHT,
+    Walker,
+    advance,
+    first_foot,
+    foothold,
+    reach,
+    sole,
+    with_closing_steps,
+)
 
 if TYPE_CHECKING:
-    from lola_drake.ground import Ground, Obstacle
+    from lola_drake.ground import Ground
     from lola_drake.scenario import StartPose, StepGroup, TimedCommand
 
 BARELY = 1 + 1e-9
@@ -23,11 +35,23 @@ BARELY = 1 + 1e-9
 TOGETHER = "such that (length/0.55)^2 + (sideways/0.3)^2 + (turn_deg/45)^2 <= 1"
 
 
-def overlapping(obstacles: "Sequence[Obstacle]") -> "Iterator[tuple[Obstacle, Obstacle]]":
-    """Return all pairs of obstacles of which one lies on the other."""
-    for one, other in itertools.combinations(obstacles, 2):
-        if one.outline.overlaps(other.outline):
-            yield one, other
+def footprints(start: "StartPose", steps: np.ndarray, width: float) -> list[Footprint]:
+    """Return where the foot of each planned step is to stand, one after the other.
+
+    Args:
+        start: where the robot stands before.
+        steps: forward, left, turn, up of each, shape (n, 4).
+        width: distance of the feet (m).
+    """
+    if not len(steps):
+        return []
+    origin, found = np.array([start.x, start.y, radians(start.heading_deg)]), []
+    walker = Walker(width, first_foot(steps[0], width, LEFT))
+    for step in with_closing_steps(steps, width):
+        foot = walker.swing
+        walker.take(step)
+        found.append(Footprint(FEET[foot], *advance(origin, walker.feet[foot]).tolist()))
+    return found
 
 
 def check_start(start: "StartPose", width: float, ground: "Ground") -> None:
@@ -37,9 +61,12 @@ def check_start(start: "StartPose", width: float, ground: "Ground") -> None:
     for foot in (LEFT, RIGHT):
         covered = sole(foothold(path, foot, width))
         height = ground.height_at(covered.x, covered.y)
-        under = [o for o in ground.obstacles if o.height >= height and covered.overlaps(o.outline)]
+        near = [board for board in ground.boards if covered.overlaps(board.outline)]
+        under = [board for board in near if board.height >= height or not board.level]
         # An edge under the sole is as bad as a board of another height.
-        whole = all(o.covers(*corner) for o in under for corner in covered.corners())
+        whole = all(
+            board.level and board.covers(*corner) for board in under for corner in covered.corners()
+        )
         heights.add(height if whole else None)
     if len(heights) > 1:
         place = [start.x, start.y, start.heading_deg]

@@ -1,74 +1,35 @@
-"""The ground of a scenario: a floor, and boards and platforms on it."""
+"""The ground of a scenario: a floor, and boards, slopes, stairs and fields on it."""
 
 import dataclasses
-import math
+import itertools
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import NamedTuple
 
-from lola_drake.feasibility import overlapping
+import numpy as np
+
+from lola_drake.obstacles import Field, Foothold, Footprint, Obstacle, Stairs
 from lola_drake.parameters import ParameterError, listing, parameter, validate
-from lola_drake.theory.rectangles import Rectangle
-
-RESERVED = ("floor",)
-"""Names that the plant gives to other things than boards."""
-
+from lola_drake.theory.rectangles import common
 
 LEVEL = 0.01
 """Boards whose tops differ by less than this carry a foot together (m)."""
 
+_ROUNDING = 1e-9
 
-@dataclass(frozen=True)
-class Obstacle:
-    """A board or platform that lies on the floor."""
 
-    name: str = parameter("board", "what it is called in the model and in plots")
-    position: tuple[float, float] = parameter(
-        (0.0, 0.0), "x and y of its centre in W", "m", minimum=-1e3, maximum=1e3
-    )
-    heading_deg: float = parameter(0.0, "direction of its length", "deg", minimum=-360, maximum=360)
-    size: tuple[float, float] = parameter(
-        (0.4, 1.0), "length and width", "m", minimum=0.01, maximum=100
-    )
-    height: float = parameter(
-        0.04, "height of its top over the floor", "m", minimum=0.001, maximum=1
-    )
-    free_shift: tuple[float, float] = parameter(
-        (0.0, 0.0),
-        "how far it may be moved along its length without another experiment",
-        "m",
-        minimum=-10,
-        maximum=10,
-    )
+class Surface(NamedTuple):
+    """The ground at some points: height (m), shape (n,); unit normal in W, (n, 3); friction."""
 
-    def __post_init__(self):
-        validate(self)
-        if not self.name:
-            raise ParameterError("name", self.name, "a text that is not empty")
-        if self.name in RESERVED:
-            raise ParameterError("name", self.name, "another name: this one is the floor's")
-        if self.free_shift[0] > self.free_shift[1]:
-            raise ParameterError("free_shift", self.free_shift, "from the least to the greatest")
-
-    def shifted(self, distance: float) -> "Obstacle":
-        """Return it moved along its length (m)."""
-        heading = math.radians(self.heading_deg)
-        x, y = self.position
-        moved = (x + distance * math.cos(heading), y + distance * math.sin(heading))
-        return dataclasses.replace(self, position=moved)
-
-    @cached_property
-    def outline(self) -> Rectangle:
-        """Return what it covers of the floor."""
-        return Rectangle(*self.position, math.radians(self.heading_deg), *self.size)
-
-    def covers(self, x: float, y: float) -> bool:
-        """Return whether a point of W lies over it."""
-        return self.outline.covers(x, y)
+    height: np.ndarray
+    normal: np.ndarray
+    friction: np.ndarray
 
 
 @dataclass(frozen=True)
 class Ground:
-    """The floor at z = 0 and what lies on it, all of one material."""
+    """The floor at z = 0 and what lies on it."""
 
     stiffness: float = parameter(
         3e5, "vertical, of one whole foot on it", "N/m", minimum=5e4, maximum=1e7
@@ -76,7 +37,7 @@ class Ground:
     dissipation: float = parameter(
         2.5, "Hunt-Crossley dissipation", "s/m", minimum=0.0, maximum=100
     )
-    friction: float = parameter(0.8, "Coulomb friction coefficient", "", minimum=0.0, maximum=2)
+    friction: float = parameter(0.8, "Coulomb friction coefficient", "", minimum=0.0, maximum=1.5)
     friction_speed: float = parameter(
         1e-3,
         "at which friction is full; below it the pads creep (own choice, for speed: a tenth of it "
@@ -85,20 +46,72 @@ class Ground:
         minimum=1e-5,
         maximum=0.1,
     )
-    obstacles: tuple[Obstacle, ...] = listing("boards and platforms, none on another", 100)
+    obstacles: tuple[Obstacle, ...] = listing("boards, platforms, patches and slopes", 500)
+    stairs: tuple[Stairs, ...] = listing("steps up and down again", 20)
+    fields: tuple[Field, ...] = listing("boards of random height, side by side", 20)
+    footholds: tuple[Foothold, ...] = listing("boards under a part of a planned foothold", 100)
 
     def __post_init__(self):
         validate(self)
-        names = [obstacle.name for obstacle in self.obstacles]
+        names = [board.name for board in self.boards]
         if len(set(names)) < len(names):
-            raise ParameterError("obstacles", names, "a list in which every name differs")
-        for one, other in overlapping(self.obstacles):
+            twice = [name for name in names if names.count(name) > 1]
+            raise ParameterError("obstacles", twice, "a list in which every name differs")
+        for one, other in self._overlapping():
             # Of two heights the higher one counts; of the same, both would carry a foot.
-            if abs(one.height - other.height) < LEVEL:
+            corners = common(one.outline, other.outline)
+            above = [one.height_at(x, y) - other.height_at(x, y) for x, y in corners]
+            least = LEVEL - _ROUNDING
+            if above and min(above) < least and max(above) > -least:
                 both = [one.name, other.name]
                 allowed = f"boards beside each other, or {LEVEL:g} m apart in height"
                 raise ParameterError("obstacles", both, allowed)
 
+    def _overlapping(self) -> Iterator[tuple[Obstacle, Obstacle]]:
+        """Yield all pairs of boards of which one lies on the other, of what is declared apart."""
+        for one, other in itertools.combinations(self._declared, 2):
+            if one.outline.overlaps(other.outline):
+                for a, b in itertools.product(one.boards, other.boards):
+                    if a.outline.overlaps(b.outline):
+                        yield a, b
+
+    @property
+    def _declared(self) -> tuple[Obstacle | Stairs | Field, ...]:
+        return self.obstacles + self.stairs + self.fields
+
+    @cached_property
+    def boards(self) -> tuple[Obstacle, ...]:
+        """Return everything that lies on the floor, but what is under footholds; see `laid`."""
+        return tuple(board for laid in self._declared for board in laid.boards)
+
+    def laid(self, feet: Sequence[Footprint]) -> "Ground":
+        """Return the ground with boards under the footholds of a plan.
+
+        Raises:
+            ParameterError: if the plan has no such step, or a board lies on another.
+        """
+        if not self.footholds:
+            return self
+        found: list[Obstacle] = []
+        for i, foothold in enumerate(self.footholds):
+            try:
+                found += foothold.boards(feet)
+            except ParameterError as error:
+                raise error.under(f"footholds[{i}]") from None
+        return dataclasses.replace(self, obstacles=(*self.obstacles, *found), footholds=())
+
     def height_at(self, x: float, y: float) -> float:
         """Return the height of the ground at a point of W (m)."""
-        return max((o.height for o in self.obstacles if o.covers(x, y)), default=0.0)
+        return max((0.0, *(b.height_at(x, y) for b in self.boards if b.covers(x, y))))
+
+    def surface(self, points: np.ndarray) -> Surface:
+        """Return the ground at points of W (m), shape (n, 2)."""
+        x, y = np.asarray(points).T
+        height, friction = np.zeros(len(x)), np.full(len(x), self.friction)
+        normal = np.tile([0.0, 0.0, 1.0], (len(x), 1))
+        for board in self.boards:
+            top = board.height_at(x, y)
+            highest = board.covers(x, y) & (top > height)
+            height[highest], normal[highest] = top[highest], board.normal
+            friction[highest] = board.relative_friction * self.friction
+        return Surface(height, normal, friction)

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from lola_drake.ground import Ground
 from lola_drake.logged import COM_POSITION, FOOT_POSE, TORSO_POSE
 from lola_drake.record import between
 from lola_drake.signals import (
@@ -56,14 +57,14 @@ class Limits:
         lower, upper: hardware stops of the joints (rad), shape (24,).
         speed: greatest joint speeds (rad/s), shape (24,).
         torque: greatest joint torques (Nm), shape (24,).
-        friction: coefficient of the ground.
+        ground: with what lies on it.
     """
 
     lower: np.ndarray
     upper: np.ndarray
     speed: np.ndarray
     torque: np.ndarray
-    friction: float
+    ground: Ground
 
 
 def metrics(times: np.ndarray, signals: Signals, limits: Limits) -> dict[str, object]:
@@ -334,19 +335,22 @@ def limits_reached(signals: Signals, limits: Limits) -> dict[str, np.ndarray]:
     Of joints the arrays have the shape (n, 24), of the friction (n, 2), a column for each foot.
     """
     q = signals["joint_position"]
-    forces = (signals["ground_force"][:, GROUND_FORCE.slice(f"F_{foot}")] for foot in FEET)
-    sliding = [
-        (force[:, 2] > LOADED)
-        & (np.hypot(force[:, 0], force[:, 1]) > SLIDING * limits.friction * force[:, 2])
-        for force in forces
-    ]
     reached = (
         (q <= limits.lower) | (q >= limits.upper),
         np.abs(signals["joint_velocity"]) >= limits.speed,
         np.abs(signals["joint_torque"]) >= limits.torque,
-        np.column_stack(sliding),
+        np.column_stack([_sliding(signals, foot, limits.ground) for foot in FEET]),
     )
     return dict(zip(LIMITS, reached, strict=True))
+
+
+def _sliding(signals: Signals, foot: str, ground: Ground) -> np.ndarray:
+    """Return when the ground where a foot's TCP is gives all the friction that it has."""
+    force = signals["ground_force"][:, GROUND_FORCE.slice(f"F_{foot}")]
+    at = ground.surface(signals[f"foot_pose_{foot}"][:, :2])
+    pressing = (force * at.normal).sum(axis=1)
+    along = np.linalg.norm(force - pressing[:, None] * at.normal, axis=1)
+    return (pressing > LOADED) & (along > SLIDING * at.friction * pressing)
 
 
 def _length(points: np.ndarray) -> float:

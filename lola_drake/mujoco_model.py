@@ -12,7 +12,7 @@ Without the package mujoco, importing this raises a LolaError that names the ext
 """
 
 import xml.etree.ElementTree as ElementTree
-from math import radians, sqrt
+from math import sqrt
 
 import numpy as np
 
@@ -20,7 +20,7 @@ from lola_drake.blocks.joint_servos import JointServosParams
 from lola_drake.errors import LolaError
 from lola_drake.ground import Ground
 from lola_drake.paths import models_dir
-from lola_drake.plant import PAD_LINKS
+from lola_drake.plant import PAD_LINKS, board_pose
 from lola_drake.robot import PADS
 from lola_drake.signals import FEET, JOINTS, PERIOD
 
@@ -121,25 +121,26 @@ def _add_ground(spec: mujoco.MjSpec, ground: Ground) -> None:
     spec.worldbody.add_geom(
         name="floor", type=mujoco.mjtGeom.mjGEOM_PLANE, size=[0.0, 0.0, 1.0], **alone
     )
-    for board in ground.obstacles:
-        half_turn = radians(board.heading_deg) / 2
+    friction = {"floor": ground.friction}
+    for board in ground.boards:
+        pose = board_pose(board)
+        friction[board.name] = board.relative_friction * ground.friction
         spec.worldbody.add_geom(
             name=board.name,
             type=mujoco.mjtGeom.mjGEOM_BOX,
-            size=[board.size[0] / 2, board.size[1] / 2, board.height / 2],
-            pos=[*board.position, board.height / 2],
-            quat=[np.cos(half_turn), 0.0, 0.0, np.sin(half_turn)],
+            size=0.5 * np.array(board.extent),
+            pos=pose.translation(),
+            quat=pose.rotation().ToQuaternion().wxyz(),
             **alone,
         )
-    under = ["floor", *(board.name for board in ground.obstacles)]
     for link in PAD_LINKS:
         _add_sensors(spec, link, "force")
         for i, (x, y) in enumerate(_GAUSS):
             name, place = f"{link}_{i}", [x * PADS[0].length, y * PADS[0].width, RADIUS]
             spec.body(link).add_geom(name=name, type=_BALL, size=[RADIUS, 0, 0], pos=place, **alone)
-            for thing in under:
+            for thing, coefficient in friction.items():
                 pair = spec.add_pair(geomname1=thing, geomname2=name, condim=3)
-                pair.friction[:2] = ground.friction
+                pair.friction[:2] = coefficient
 
 
 def _take_ground(model: mujoco.MjModel, ground: Ground) -> None:
@@ -149,14 +150,18 @@ def _take_ground(model: mujoco.MjModel, ground: Ground) -> None:
     and a damper at the end of a step, K (r + PERIOD v') + B v' with v' = v + PERIOD a, that is
     m = PERIOD (B + PERIOD K), k = K / m, b = (B + PERIOD K) / m = 1 / PERIOD. Friction is such a
     damper, too, within its cone. Both are those of Hunt and Crossley, and of a friction that is
-    full at `friction_speed`, under half the weight.
+    full at `friction_speed`, under half the weight; MuJoCo has one ratio of both for all boards.
     """
     balls, weight = len(_GAUSS) * len(PADS), -model.body_mass.sum() * model.opt.gravity[2]
-    load, stiffness = 0.5 * weight / balls, ground.stiffness / balls
+    load, on_floor = 0.5 * weight / balls, ground.stiffness / balls
+    relative = {model.geom(board.name).id: board.relative_stiffness for board in ground.boards}
+    under = np.where(model.geom_type[model.pair_geom1] == _BALL, model.pair_geom2, model.pair_geom1)
+    stiffness = on_floor * np.array([relative.get(thing, 1.0) for thing in under])
     mass = PERIOD * (ground.dissipation * load + PERIOD * stiffness)
     sliding_mass = PERIOD * ground.friction * load / ground.friction_speed
     model.opt.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
-    model.opt.impratio = sliding_mass / mass
+    floor_mass = PERIOD * (ground.dissipation * load + PERIOD * on_floor)
+    model.opt.impratio = sliding_mass / floor_mass
     ball = np.where(model.geom_type[model.pair_geom1] == _BALL, model.pair_geom1, model.pair_geom2)
     # By its impedance MuJoCo takes a mass over that of the body, and divides k and b by it.
     share = mass * model.body_invweight0[model.geom_bodyid[ball], 0]

@@ -42,7 +42,7 @@ class MujocoPlant(LeafSystem):
             pads: the same of the pads.
         """
         super().__init__()
-        self.model = model = mujoco_model(scenario.control.servos, scenario.ground)
+        self.model = model = mujoco_model(scenario.control.servos, scenario.terrain)
         model.opt.integrator = mujoco.mjtIntegrator.mjINT_EULER
         model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_EULERDAMP
         model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_ACTUATION
@@ -51,6 +51,7 @@ class MujocoPlant(LeafSystem):
         self.torque_limit = model.jnt_actfrcrange[1:, 1].copy()
         self._armature = model.dof_armature[6:].copy()
         self._data, self._joints = mujoco.MjData(model), [*soles, *pads]
+        self._pushes = [(push, model.body(push.body).id) for push in scenario.pushes]
         start = np.concatenate([to_qpos(q), np.zeros(2 * model.nv)])
         self._stays, speeds = len(start), model.nq + model.nv
         self._qpos, self._qvel = slice(0, model.nq), slice(model.nq, speeds)
@@ -86,11 +87,12 @@ class MujocoPlant(LeafSystem):
         command = self._command.Eval(context)
         torque = self._kp * (command[:_N] - q) + self._kd * command[_N : 2 * _N]
         torque += command[2 * _N :]
+        pushed = self._pushed(state, round(context.get_time() / PERIOD))
         at_limit = np.zeros(_N)
         for _ in range(ROUNDS):
             damping = np.where(at_limit, 0.0, self._damping)
             given = np.where(at_limit, at_limit * self.torque_limit, torque - damping * v)
-            change = self._advance(state, given, damping)
+            change = self._advance(state, given, damping, pushed)
             wanted = torque - self._damping * (v + change[6:])
             drives = np.where(at_limit, given, wanted)
             tried = at_limit
@@ -107,19 +109,36 @@ class MujocoPlant(LeafSystem):
             np.concatenate([self._data.qpos, after, data.qacc_warmstart, drives, data.sensordata])
         )
 
-    def _advance(self, state: np.ndarray, torque: np.ndarray, damping: np.ndarray) -> np.ndarray:
+    def _pushed(self, state: np.ndarray, tick: int) -> np.ndarray:
+        """Return the generalized forces of the pushes in a tick, shape (30,)."""
+        model, data, pushed = self.model, self._data, np.zeros(self.model.nv)
+        acting = [(push, body) for push, body in self._pushes if push.force(tick).any()]
+        if acting:
+            data.qpos = state[self._qpos]
+            mujoco.mj_kinematics(model, data)
+            mujoco.mj_comPos(model, data)
+        for push, body in acting:
+            point = data.xpos[body] + data.xmat[body].reshape(3, 3) @ push.point
+            mujoco.mj_applyFT(model, data, push.force(tick), np.zeros(3), point, body, pushed)
+        return pushed
+
+    def _advance(
+        self, state: np.ndarray, torque: np.ndarray, damping: np.ndarray, pushed: np.ndarray
+    ) -> np.ndarray:
         """Take MuJoCo's step from a state, and return by how much the velocities change.
 
         Args:
             state: of this system.
             torque: of the drives, as they are with the velocities at its begin (Nm), shape (24,).
             damping: by how much less they give for a velocity at its end (Nms/rad), shape (24,).
+            pushed: generalized forces from outside, shape (30,).
         """
         model, data = self.model, self._data
         before = state[self._qvel]
         data.qpos, data.qvel = state[self._qpos], before
         data.qacc_warmstart = state[self._warmstart]
-        data.qfrc_applied[6:] = torque
+        data.qfrc_applied = pushed
+        data.qfrc_applied[6:] += torque
         # (M + PERIOD damping) a = what acts at the begin: so contacts know of it, too.
         model.dof_armature[6:] = self._armature + PERIOD * (damping + model.dof_damping[6:])
         mujoco.mj_step(model, data)

@@ -23,7 +23,7 @@ from pydrake.multibody.tree import JointIndex
 from pydrake.systems.framework import DiagramBuilder
 
 from lola_drake.robot import PADS, add_lola
-from lola_drake.scenario import Ground, StartPose
+from lola_drake.scenario import Ground, Obstacle, StartPose
 from lola_drake.signals import FEET, PERIOD, of_foot
 
 # Drake warns that half spaces do not support deformable bodies; there are none.
@@ -31,6 +31,10 @@ logging.getLogger("drake").addFilter(lambda record: "deformable" not in record.g
 
 SLAB = 0.1
 """Thickness of the compliant floor (m); with the modulus it gives the stiffness per area."""
+
+PAD_FRICTION = 0.8
+"""Of the pads in the robot's model file; what they rub on has such that both together have the
+ground's."""
 
 FALLEN = (0.55, np.deg2rad(45.0))
 """Height of the torso (m) below which, and inclination (rad) above which, the robot has fallen."""
@@ -63,32 +67,43 @@ def add_plant(builder: DiagramBuilder, ground: Ground) -> tuple[MultibodyPlant, 
 
 
 def add_ground(plant: MultibodyPlant, ground: Ground) -> None:
-    """Add the floor and what lies on it; all have the same stiffness per area, c_A,z = E/d."""
+    """Add the floor and what lies on it.
+
+    All has the stiffness per area c_A,z = E/d of the ground, but for what is softer or harder.
+    """
     area_stiffness = ground.stiffness / (MESH_SHARE * sum(pad.area for pad in PADS))
-    floor = _material(ground)
+    floor = _material(ground, ground.friction)
     AddCompliantHydroelasticPropertiesForHalfSpace(SLAB, area_stiffness * SLAB, floor)
     world = plant.world_body()
     plant.RegisterCollisionGeometry(world, RigidTransform(), HalfSpace(), "floor", floor)
-    for obstacle in ground.obstacles:
-        size = np.array([*obstacle.size, obstacle.height])
-        pose = RigidTransform(
-            RollPitchYaw(0.0, 0.0, np.deg2rad(obstacle.heading_deg)),
-            [*obstacle.position, obstacle.height / 2],
-        )
+    for board in ground.boards:
+        size, pose = np.array(board.extent), board_pose(board)
         # A box is softest in its middle: its pressure rises to the modulus over half its height.
-        board = _material(ground)
-        AddCompliantHydroelasticProperties(size.max(), area_stiffness * size.min() / 2, board)
-        plant.RegisterCollisionGeometry(world, pose, Box(*size), obstacle.name, board)
-        plant.RegisterVisualGeometry(
-            world, pose, Box(*size), obstacle.name, np.array([0.72, 0.53, 0.34, 1.0])
-        )
+        modulus = board.relative_stiffness * area_stiffness * size.min() / 2
+        properties = _material(ground, board.relative_friction * ground.friction)
+        AddCompliantHydroelasticProperties(size.max(), modulus, properties)
+        plant.RegisterCollisionGeometry(world, pose, Box(*size), board.name, properties)
+        plant.RegisterVisualGeometry(world, pose, Box(*size), board.name, [*board.colour, 1.0])
 
 
-def _material(ground: Ground) -> ProximityProperties:
+def board_pose(board: Obstacle) -> RigidTransform:
+    """Return where the middle of a board's box is in W."""
+    angles = np.deg2rad([board.roll_deg, board.pitch_deg, board.heading_deg])
+    top = np.array([*board.position, board.height])
+    middle = top - 0.5 * board.extent[2] * np.array(board.normal)
+    return RigidTransform(RollPitchYaw(angles), middle)
+
+
+def _material(ground: Ground, friction: float) -> ProximityProperties:
+    """Return the properties of something on which the pads have a friction coefficient.
+
+    Drake takes the harmonic mean of that of both bodies.
+    """
+    own = friction * (PAD_FRICTION / (2 * PAD_FRICTION - friction))
     properties = ProximityProperties()
     AddContactMaterial(
         dissipation=ground.dissipation,
-        friction=CoulombFriction(ground.friction, ground.friction),
+        friction=CoulombFriction(own, own),
         properties=properties,
     )
     return properties

@@ -22,6 +22,7 @@ from lola_drake.atomic_file import (
     whole_folder,
 )
 from lola_drake.atomic_file import check_folder as check_folder
+from lola_drake.disturbances import disturbances
 from lola_drake.errors import ResultError, short, shown
 from lola_drake.logged import LOGGED
 from lola_drake.metrics import Limits, metrics
@@ -103,7 +104,7 @@ class Result:
     def _repr_html_(self) -> str:
         name, variant = self.scenario.name, self.scenario.variant
         told = {"scenario", "variant", "seed", "versions", "completed", "fell", "fall_time_s"}
-        told |= {"error", "engine", "law"}
+        told |= {"error", "engine", "law", "disturbances"}
         cells = "".join(
             f"<tr><td style='text-align: left'>{escape(key)}</td><td>{_short(value)}</td></tr>"
             for key, value in leaves(self.summary).items()
@@ -138,6 +139,7 @@ class Result:
             "fall_time_s": self.fall_time,
             "error": self.error,
             "engine": self.engine,
+            "disturbances": disturbances(self.scenario),
             **self.metrics,
             "wall_time_s": self.wall_time,
             "real_time_factor": self.duration / self.wall_time if self.wall_time else None,
@@ -163,8 +165,7 @@ def run_limits(scenario: Scenario) -> Limits:
     """Return the limits of LOLA's joints and of the scenario's ground."""
     robot = Kinematics()
     lower, upper = robot.position_limits
-    friction = scenario.ground.friction
-    return Limits(lower, upper, robot.velocity_limits, robot.effort_limits, friction)
+    return Limits(lower, upper, robot.velocity_limits, robot.effort_limits, scenario.terrain)
 
 
 def load_result(folder: str | Path) -> Result:

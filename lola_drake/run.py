@@ -166,7 +166,7 @@ class Run:
             plant.get_applied_spatial_force_input_port(),
             plant.GetMyContextFromRoot(context),
         )
-        if pushed.HasValue(inside):
+        if pushed.HasValue(inside) and not self.scenario.pushes:
             self.plant.get_applied_spatial_force_input_port().FixValue(
                 self.plant.GetMyMutableContextFromRoot(self.context), pushed.Eval(inside)
             )

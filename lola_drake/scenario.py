@@ -8,7 +8,12 @@ import dataclasses
 import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
+from itertools import islice
+from math import radians
 from pathlib import Path
+
+import numpy as np
 
 from lola_drake import typed_yaml
 from lola_drake.blocks.com_dynamics import ComDynamicsParams
@@ -26,11 +31,12 @@ from lola_drake.blocks.second_order_force_control import SecondOrderForceControl
 from lola_drake.blocks.two_dof_force_control import TwoDofForceControlParams
 from lola_drake.blocks.walking_pattern import WalkingPatternParams
 from lola_drake.errors import LolaError, short, shown
-from lola_drake.feasibility import check_command, check_start, check_steps
+from lola_drake.feasibility import check_command, check_start, check_steps, footprints
 from lola_drake.ground import Ground
-from lola_drake.ground import Obstacle as Obstacle  # part of the schema
+from lola_drake.obstacles import Obstacle as Obstacle  # part of the schema
 from lola_drake.parameters import ParameterError, listing, parameter, validate
 from lola_drake.paths import scenario_paths
+from lola_drake.pushes import Push
 
 VARIANTS = ("ref", "dyn", "original")
 
@@ -116,6 +122,15 @@ class Walk:
         if any(later <= earlier for earlier, later in zip(times, times[1:], strict=False)):
             raise ParameterError("command", times, "in the order of strictly increasing times")
 
+    def planned(self, most: int) -> np.ndarray:
+        """Return forward, left, turn, up of the planned steps, shape (n, 4), n at most `most`."""
+        steps = (
+            (group.length, group.sideways, radians(group.turn_deg), group.height)
+            for group in self.steps
+            for _ in range(group.count)
+        )
+        return np.array(list(islice(steps, most))).reshape(-1, 4)
+
 
 @dataclass(frozen=True)
 class Sensors:
@@ -198,6 +213,7 @@ class Scenario:
     sensors: Sensors = field(default_factory=Sensors)
     control: Control = field(default_factory=Control)
     ground: Ground = field(default_factory=Ground)
+    pushes: tuple[Push, ...] = listing("forces from outside on the robot", 100)
     blocks: tuple[OwnLaw, ...] = listing("laws of your own in place of blocks", 32)
 
     def __post_init__(self):
@@ -208,7 +224,7 @@ class Scenario:
             allowed = f"{PREDECESSOR} in the variant original, or left as it is"
             raise ParameterError("control.law", self.control.law, allowed)
         width = self.pattern.step_width
-        check_start(self.start, width, self.ground)
+        check_start(self.start, width, self.terrain)
         check_steps(self.walk.steps)
         check_command(self.walk.command, self.pattern.step_time)
 
@@ -222,6 +238,18 @@ class Scenario:
         names = ("imu", "foot_force", "contact")
         exact = {name: getattr(self.sensors, name).ideal() for name in names}
         return dataclasses.replace(self.sensors, **exact)
+
+    @cached_property
+    def terrain(self) -> Ground:
+        """Return the ground as it lies there, with what is under the planned footholds."""
+        if not self.ground.footholds:
+            return self.ground
+        last = max(foothold.step + foothold.count for foothold in self.ground.footholds)
+        feet = footprints(self.start, self.walk.planned(last), self.pattern.step_width)
+        try:
+            return self.ground.laid(feet)
+        except ParameterError as error:
+            raise error.under("ground") from None
 
     def active_control(self) -> Control:
         """Return what the controller runs with in this variant: `ref` is the gain 0."""

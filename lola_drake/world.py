@@ -3,7 +3,6 @@
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
-from itertools import islice
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -35,6 +34,7 @@ from lola_drake.controller import (
 from lola_drake.fused import FusedSystem
 from lola_drake.logged import LOGGED
 from lola_drake.plant import add_plant, pad_joints, set_start, sole_joints
+from lola_drake.pushes import connect_pushes
 from lola_drake.robot import Kinematics
 from lola_drake.scenario import Scenario, ScenarioError, Walk, as_scenario
 from lola_drake.servos import DRIVE_FEEDBACK, DampingServos, ImplicitServos
@@ -91,7 +91,8 @@ def make_world(
         plant, driven = _drake_plant(builder, scenario, stance, servos)
     sensors = _sensor_blocks(scenario, kinematics)
     most = 1 + int(scenario.duration / scenario.pattern.step_time)
-    controller = controller_blocks(scenario, kinematics, stance, planned_steps(scenario.walk, most))
+    steps = scenario.walk.planned(most) if scenario.walk.steps else None
+    controller = controller_blocks(scenario, kinematics, stance, steps)
     all_blocks = swapped(sensors | controller, load_laws(scenario.blocks) | dict(blocks or {}))
     return World(
         builder,
@@ -119,10 +120,11 @@ def _drake_plant(
     stance: Stance,
     servos: type[ImplicitServos | DampingServos],
 ) -> tuple["Plant", "Servos"]:
-    plant, _ = add_plant(builder, scenario.ground)
+    plant, _ = add_plant(builder, scenario.terrain)
     driven = servos(plant, scenario.control.servos)
     plant.Finalize()
-    set_start(plant, scenario.start, scenario.ground, stance.q, stance.p_PT)
+    connect_pushes(builder, plant, scenario.pushes)
+    set_start(plant, scenario.start, scenario.terrain, stance.q, stance.p_PT)
     return plant, driven
 
 
@@ -132,7 +134,7 @@ def _mujoco_plant(
     from lola_drake.mujoco_plant import MujocoPlant, MujocoServos
 
     robot = Kinematics().plant
-    set_start(robot, scenario.start, scenario.ground, stance.q, stance.p_PT)
+    set_start(robot, scenario.start, scenario.terrain, stance.q, stance.p_PT)
     q = robot.GetPositions(robot.CreateDefaultContext())
     plant = MujocoPlant(scenario, q, sole_joints(robot), pad_joints(robot))
     return builder.AddNamedSystem("plant", plant), MujocoServos(plant)
@@ -240,23 +242,6 @@ def _plant_ports(plant: "Plant") -> dict[str, OutputPort]:
         "plant_state": plant.get_state_output_port(),
         "reaction_forces": plant.get_reaction_forces_output_port(),
     }
-
-
-def planned_steps(walk: Walk, most: int) -> np.ndarray | None:
-    """Return (forward, left, turn, up) of every planned step, shape (n, 4); None without a plan.
-
-    Args:
-        walk: where to walk.
-        most: steps that there is time for.
-    """
-    if not walk.steps:
-        return None
-    steps = (
-        (group.length, group.sideways, np.deg2rad(group.turn_deg), group.height)
-        for group in walk.steps
-        for _ in range(group.count)
-    )
-    return np.array(list(islice(steps, most)))
 
 
 def _command_source(walk: Walk) -> System:

@@ -361,6 +361,19 @@ def test_other_delays_run_the_same_in_both_engines(delays):
     assert not np.array_equal(usual.signal("joint_command"), other.signal("joint_command"))
 
 
+def test_pushes_and_faults_run_the_same_in_both_engines():
+    disturbed = {
+        "pushes": [{"time": 0.1, "impulse": 3.0, "direction_deg": 45.0, "shape": "half_sine"}],
+        "sensors.imu.drift": [0.01, -0.01],
+        "sensors.foot_force.bias_l": [0, 0, 20, 1, 0, 0],
+        "sensors.contact.dead": [{"foot": "l", "pad": "rear_left"}],
+        "control.servos.missed": [{"time": 0.2, "count": 3}],
+    }
+    usual = run_of(load_scenario("walk_flat", AT_ONCE))
+    other, _ = assert_engines_equal(load_scenario("walk_flat", AT_ONCE | disturbed))
+    assert not np.array_equal(usual.signal("joint_command"), other.signal("joint_command"))
+
+
 def test_a_command_is_followed_the_same_in_both_engines():
     command = [
         {"time": 0.0, "v_x": 0.3, "v_y": 0.0, "turn_rate": 0.1},

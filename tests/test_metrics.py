@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from lola_drake import metrics
+from lola_drake.ground import Ground
 from lola_drake.logged import TORSO_POSE
 from lola_drake.signals import (
     CONTACT_WRENCH,
@@ -164,10 +165,11 @@ def test_acceleration_of_a_height():
 def test_steps_beyond_limits_are_counted_by_kind():
     n = len(JOINTS)
     limits = metrics.Limits(
-        -np.ones(n), np.ones(n), np.full(n, 5.0), np.full(n, 100.0), friction=0.5
+        -np.ones(n), np.ones(n), np.full(n, 5.0), np.full(n, 100.0), Ground(friction=0.5)
     )
     signals = {name: np.zeros((6, n)) for name in ("joint_position", "joint_velocity")}
     signals["joint_torque"], signals["ground_force"] = np.zeros((6, n)), np.zeros((6, 6))
+    signals["foot_pose_l"] = signals["foot_pose_r"] = np.zeros((6, 6))
     assert not any(metrics.steps_beyond_limits(signals, limits).values())
     signals["joint_position"][[1, 2], [3, 4]] = [1.01, -1.01]
     signals["joint_velocity"][0, [5, 6, 7]] = -6.0

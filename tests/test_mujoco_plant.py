@@ -6,7 +6,15 @@ from momentum import load, upper_momentum
 
 mujoco = pytest.importorskip("mujoco")
 
-from lola_drake.mujoco_model import to_drake, to_qpos, to_qvel  # noqa: E402
+from lola_drake.blocks.joint_servos import JointServosParams  # noqa: E402
+from lola_drake.ground import Ground  # noqa: E402
+from lola_drake.mujoco_model import (  # noqa: E402
+    mujoco_model,
+    to_drake,
+    to_qpos,
+    to_qvel,
+)
+from lola_drake.obstacles import Obstacle  # noqa: E402
 from lola_drake.robot import PADS, Kinematics  # noqa: E402
 from lola_drake.scenario import ScenarioError, load_scenario  # noqa: E402
 from lola_drake.signals import PERIOD  # noqa: E402
@@ -136,6 +144,31 @@ def test_a_board_is_where_it_is_in_drake():
     ]
     assert heights[0] == pytest.approx(heights[1], abs=2e-4)
     assert heights[0][2] > 0.9
+
+
+def test_the_top_of_an_inclined_board_is_where_it_is_said_to_be():
+    board = Obstacle("b", (1.0, 0.5), 30.0, size=(2.0, 1.0), height=0.5, pitch_deg=-8, roll_deg=5)
+    model = mujoco_model(JointServosParams(), Ground(obstacles=(board,)))
+    data, heights = mujoco.MjData(model), []
+    mujoco.mj_forward(model, data)
+    places = [(1.0, 0.5), (1.5, 0.6), (0.6, 0.4), (0.9, 0.8)]
+    for x, y in places:
+        start, down = np.array([x, y, 2.0]), np.array([0.0, 0.0, -1.0])
+        depth = mujoco.mj_ray(model, data, start, down, None, 1, -1, np.zeros(1, dtype=np.int32))
+        heights.append(2.0 - depth)
+    assert heights == pytest.approx([board.height_at(x, y) for x, y in places], abs=1e-9)
+
+
+def test_a_push_and_a_soft_mat_do_the_same_as_in_drake():
+    mat = "{name: mat, size: [2, 2], height: 0.05, relative_stiffness: 0.4}"
+    push = "{time: 0.1, duration: 0.05, impulse: 6, direction_deg: 60, elevation_deg: 20}"
+    changes = [f"ground.obstacles=[{mat}]", f"pushes=[{push}]", "duration=0.2"]
+    torsos = [
+        simulate(load_scenario("stand", [f"plant={plant}", *changes])).signals["torso_pose"]
+        for plant in ("drake", "mujoco")
+    ]
+    assert torsos[0][-1, 3] < -2e-3
+    assert torsos[1][-1] == pytest.approx(torsos[0][-1], abs=3e-4)
 
 
 def test_lola_walks_in_mujoco_as_in_drake():

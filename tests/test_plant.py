@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from pydrake.math import RigidTransform, RollPitchYaw
 from pydrake.multibody.plant import AddMultibodyPlant, ContactModel, MultibodyPlantConfig
 from pydrake.multibody.tree import JointIndex
 from pydrake.systems.framework import DiagramBuilder
@@ -11,6 +12,7 @@ from lola_drake.paths import models_dir
 from lola_drake.plant import (
     FALLEN,
     MESH_SHARE,
+    PAD_FRICTION,
     add_ground,
     add_plant,
     has_fallen,
@@ -84,6 +86,49 @@ def test_ground_is_as_stiff_as_it_is_said_to_be(obstacles):
     # Two feet of four pads each, every one of them with the area stiffness c_A,z = E/d.
     assert np.diff(forces) / 0.001 == pytest.approx([2 * STIFFNESS] * 2, rel=0.01)
     assert forces[0] == pytest.approx(2 * STIFFNESS * 0.001, rel=0.01)
+
+
+def test_a_soft_mat_is_a_field_of_springs_until_the_floor():
+    mat = Obstacle("mat", size=(2.0, 2.0), height=0.05, relative_stiffness=0.1)
+    standing = Standing(mat)
+    forces = [standing.force(depth) for depth in (0.01, 0.03, 0.049)]
+    assert forces == pytest.approx([2 * 0.1 * STIFFNESS * d for d in (0.01, 0.03, 0.049)], rel=0.01)
+
+
+@pytest.mark.parametrize(("pitch", "roll"), [(-8.0, 0.0), (8.0, 0.0), (0.0, 8.0), (6.0, -6.0)])
+def test_a_slope_pushes_along_its_normal_and_is_as_stiff(pitch, roll):
+    slope = Obstacle("s", size=(4.0, 4.0), height=0.6, pitch_deg=pitch, roll_deg=roll)
+    standing, normal = Standing(slope), np.array(slope.normal)
+    plant, context = standing.plant, standing.context
+    inclined = RigidTransform(RollPitchYaw(*np.radians([roll, pitch, 0.0])), [0.0, 0.0, 0.6])
+    force = np.zeros(3)
+    above = RigidTransform([0.0, 0.0, -0.002 - standing.sole])
+    torso = plant.GetBodyByName("torso")
+    plant.SetFloatingBaseBodyPoseInWorldFrame(context, torso, inclined @ above)
+    results = plant.get_contact_results_output_port().Eval(context)
+    for i in range(results.num_hydroelastic_contacts()):
+        pushed = results.hydroelastic_contact_info(i).F_Ac_W().translational()
+        force += pushed * np.sign(pushed[2])
+    assert force @ normal == pytest.approx(2 * STIFFNESS * 0.002, rel=0.01)
+    assert np.linalg.norm(np.cross(force, normal)) < 0.01 * (force @ normal)
+
+
+def test_pads_have_the_friction_that_the_ground_is_said_to_have():
+    builder = DiagramBuilder()
+    ice = Obstacle("ice", (2.0, 0.0), relative_friction=0.2)
+    plant, scene_graph = add_plant(builder, Ground(friction=0.6, obstacles=(ice,)))
+    inspector = scene_graph.model_inspector()
+
+    def own(geometry):
+        properties = inspector.GetProximityProperties(geometry)
+        return properties.GetProperty("material", "coulomb_friction").static_friction()
+
+    world = plant.GetCollisionGeometriesForBody(plant.world_body())
+    pad = own(plant.GetCollisionGeometriesForBody(plant.GetBodyByName("pad_rear_left_l"))[0])
+    assert pad == PAD_FRICTION
+    expected = {"floor": 0.6, "ice": 0.12}
+    found = {inspector.GetName(g).split("::")[-1]: 2 * pad * own(g) / (pad + own(g)) for g in world}
+    assert found == pytest.approx(expected)
 
 
 def test_pad_mesh_is_the_two_gauss_points_of_a_pad():

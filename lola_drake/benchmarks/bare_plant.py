@@ -10,6 +10,7 @@ from pydrake.systems.primitives import Demultiplexer
 
 from lola_drake.controller import initial_stance
 from lola_drake.plant import add_plant, pad_geometries, set_start
+from lola_drake.pushes import connect_pushes
 from lola_drake.robot import Kinematics
 from lola_drake.scenario import Scenario
 from lola_drake.servos import DampingServos, ImplicitServos
@@ -62,11 +63,12 @@ def bare_plant(
         servos: the kind of servos.
     """
     builder = DiagramBuilder()
-    plant, _ = add_plant(builder, scenario.ground)
+    plant, _ = add_plant(builder, scenario.terrain)
     driven = servos(plant, scenario.control.servos)
     plant.Finalize()
+    connect_pushes(builder, plant, scenario.pushes)
     stance = initial_stance(scenario, Kinematics())
-    set_start(plant, scenario.start, scenario.ground, stance.q, stance.p_PT)
+    set_start(plant, scenario.start, scenario.terrain, stance.q, stance.p_PT)
     replay = builder.AddSystem(_Replay(commands))
     parts = builder.AddSystem(Demultiplexer([2 * len(JOINTS), len(JOINTS)]))
     builder.Connect(replay.get_output_port(), parts.get_input_port())

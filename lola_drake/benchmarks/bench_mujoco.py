@@ -93,7 +93,7 @@ def _engines(scenario: Scenario, commands: np.ndarray) -> Engines:
     drake = Simulator(bare_plant(scenario, commands))
     plant = drake.get_system().GetSubsystemByName("plant")
     q = plant.GetPositions(plant.GetMyContextFromRoot(drake.get_context()))
-    servos, ground = scenario.control.servos, scenario.ground
+    servos, ground = scenario.control.servos, scenario.terrain
     twins = {
         _SAME: Twin(mujoco_model(servos, ground), q, commands),
         _OWN: Twin(mujoco_model(servos, ground, own_contact=True), q, commands),

@@ -73,12 +73,12 @@ class Twin:
         return self._data.qfrc_actuator[6:].copy()
 
     def vertical_forces(self) -> np.ndarray:
-        """Return the floor's force on each of `SOLES` in the last tick (N), shape (4,)."""
+        """Return the vertical force on each of `SOLES` in the last tick (N), shape (4,)."""
         forces, load = np.zeros(len(SOLES)), np.zeros(6)
         for i, contact in enumerate(self._data.contact):
-            # The floor is level, so a contact's normal is the vertical.
             mujoco.mj_contactForce(self.model, self._data, i, load)
             pad = self.model.geom_bodyid[contact.geom[1]]
             sole = self.model.body(self.model.body_parentid[pad]).name
-            forces[SOLES.index(sole)] += load[0]
+            # The load is along the contact's axes, of which the first one is its normal.
+            forces[SOLES.index(sole)] += load[:3] @ contact.frame.reshape(3, 3)[:, 2]
         return forces

@@ -4,35 +4,66 @@ Each pad of LOLA carries a binary switch; the thresholds are estimates.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from math import inf
 
 import numpy as np
 from pydrake.common.value import Value
 from pydrake.multibody.math import SpatialForce
 
 from lola_drake.block import Block, Part, Reading, State, law
-from lola_drake.parameters import ParameterError, parameter, validate
-from lola_drake.signals import CONTACT, GROUND_FORCE, PLANT_STATE
+from lola_drake.parameters import ParameterError, listing, parameter, validate
+from lola_drake.signals import CONTACT, FEET, GROUND_FORCE, PLANT_STATE
 from lola_drake.theory.kinematics import KinematicTree, body_poses, turned
+
+PAD_NAMES = ("rear_left", "rear_right", "front_left", "front_right")
+"""Of a foot, in the order of its switches."""
+
+
+@dataclass(frozen=True)
+class DeadSwitch:
+    """A switch that says the same for ever."""
+
+    foot: str = parameter("l", "left or right", choices=FEET)
+    pad: str = parameter("front_left", "of that foot", choices=PAD_NAMES)
+    reads: str = parameter("open", "what it says", choices=("open", "closed"))
+
+    def __post_init__(self):
+        validate(self)
+
+    @property
+    def number(self) -> int:
+        """Return which of the eight switches it is."""
+        return 4 * FEET.index(self.foot) + PAD_NAMES.index(self.pad)
+
+    @property
+    def threshold(self) -> float:
+        """Return the force (N) from which on it is closed: never, or always."""
+        return inf if self.reads == "open" else -inf
 
 
 @dataclass(frozen=True)
 class ContactSwitchesParams:
-    """Thresholds of the switches."""
+    """Thresholds of the switches, and those that are dead."""
 
     close_force: float = parameter(15.0, "closes the switch (estimate)", "N", above=0, maximum=500)
     open_force: float = parameter(8.0, "opens the switch (estimate)", "N", above=0, maximum=500)
+    dead: tuple[DeadSwitch, ...] = listing("faults: switches that are dead", 8)
 
     def __post_init__(self):
         validate(self)
+        dead = [switch.number for switch in self.dead]
+        if len(set(dead)) < len(dead):
+            twice = [f"{switch.pad} of {switch.foot}" for switch in self.dead]
+            raise ParameterError("dead", twice, "every switch once")
         if self.open_force > self.close_force:
             raise ParameterError(
                 "open_force", self.open_force, f"<= close_force {self.close_force}"
             )
 
     def ideal(self) -> "ContactSwitchesParams":
-        """Return switches that close at the lightest touch and have no hysteresis."""
-        return ContactSwitchesParams(close_force=1.0, open_force=1.0)
+        """Return switches that close at the lightest touch, without hysteresis; or are dead."""
+        return replace(self, close_force=1.0, open_force=1.0)
 
 
 def forces_in_world(quaternion, q, pad_reactions, tree):
@@ -78,7 +109,7 @@ class ContactSwitches(Block):
     switching = True
 
     def __init__(self, params: ContactSwitchesParams, joints: Sequence[int], tree: KinematicTree):
-        """Create the switches of the pads, all closed.
+        """Create the switches of the pads, all closed but those that are dead.
 
         Args:
             params: thresholds.
@@ -86,19 +117,26 @@ class ContactSwitches(Block):
             tree: of the robot's joints.
         """
         self._joints = joints
-        super().__init__(params, tree=tree)
+        close, opened = np.full(8, params.close_force), np.full(8, params.open_force)
+        start = np.ones(8)
+        for switch in params.dead:
+            close[switch.number] = opened[switch.number] = switch.threshold
+            start[switch.number] = switch.reads == "closed"
+        super().__init__(
+            params, initial={CONTACT.name: start}, tree=tree, closes_at=close, opens_at=opened
+        )
 
     def read_pad_reactions(self, forces: list[SpatialForce]) -> np.ndarray:
         """Return the plant's torque and force on every pad, in its frame (Nm, N)."""
         return np.concatenate([forces[joint].get_coeffs() for joint in self._joints])
 
     @law
-    def next_contact(contact, quaternion, q, pad_reactions, tree, close_force, open_force):
+    def next_contact(contact, quaternion, q, pad_reactions, tree, closes_at, opens_at):
         """Return the new state of the switches, 1 for closed: they have a hysteresis."""
         forces = forces_in_world(quaternion, q, pad_reactions, tree)
         closed = np.zeros(len(contact))
         for pad in range(len(contact)):
-            threshold = open_force if contact[pad] > 0.5 else close_force
+            threshold = opens_at[pad] if contact[pad] > 0.5 else closes_at[pad]
             closed[pad] = 1.0 if forces[3 * pad + 2] > threshold else 0.0
         return closed
 

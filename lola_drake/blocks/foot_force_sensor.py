@@ -5,7 +5,7 @@ the ground's wrench less the weight and inertia of the sole. Noise and filter ar
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import exp, pi
 
 import numpy as np
@@ -28,6 +28,12 @@ class FootForceSensorParams:
     torque_noise: float = parameter(
         0.1, "standard deviation (estimate)", "Nm", minimum=0, maximum=20
     )
+    bias_l: tuple[float, float, float, float, float, float] = parameter(
+        (0.0,) * 6, "a fault: of F and T of the left foot", "N, Nm", minimum=-500, maximum=500
+    )
+    bias_r: tuple[float, float, float, float, float, float] = parameter(
+        (0.0,) * 6, "a fault: of F and T of the right foot", "N, Nm", minimum=-500, maximum=500
+    )
     cutoff: float = parameter(
         150.0, "of the first-order low-pass; 0 for none", "Hz", minimum=0, maximum=500
     )
@@ -36,8 +42,8 @@ class FootForceSensorParams:
         validate(self)
 
     def ideal(self) -> "FootForceSensorParams":
-        """Return sensors without errors and filter."""
-        return FootForceSensorParams(force_noise=0.0, torque_noise=0.0, cutoff=0.0)
+        """Return sensors without errors and filter, but with their faults."""
+        return replace(self, force_noise=0.0, torque_noise=0.0, cutoff=0.0)
 
 
 class FootForceSensor(Block):
@@ -74,7 +80,7 @@ class FootForceSensor(Block):
             params,
             initial={MEASURED_WRENCH.name: initial},
             filter_gain=filter_gain,
-            noise=Noise(deviation, seed, stream=2),
+            noise=Noise(deviation, seed, stream=2, bias=np.array([*params.bias_l, *params.bias_r])),
         )
 
     def read_sole_reactions(self, forces: list[SpatialForce]) -> np.ndarray:

@@ -10,7 +10,7 @@ import numpy as np
 
 from lola_drake.block import Block, Part, State, law
 from lola_drake.parameters import parameter, validate
-from lola_drake.signals import PLANT_STATE, TORSO_ORIENTATION
+from lola_drake.signals import PERIOD, PLANT_STATE, TORSO_ORIENTATION
 from lola_drake.theory.delay_line import arriving, delayed
 from lola_drake.theory.noise import Noise
 
@@ -28,14 +28,17 @@ class ImuParams:
     angle_bias: float = parameter(
         1.7e-3, "standard deviation of the constant bias (estimate)", "rad", minimum=0, maximum=0.2
     )
+    drift: tuple[float, float] = parameter(
+        (0.0, 0.0), "a fault: how fast phi_x and phi_y go wrong", "rad/s", minimum=-0.1, maximum=0.1
+    )
     delay_ticks: int = parameter(3, "delay in control periods", "", minimum=1, maximum=50)
 
     def __post_init__(self):
         validate(self)
 
     def ideal(self) -> "ImuParams":
-        """Return a unit without errors; one tick is left for sampling."""
-        return ImuParams(angle_noise=0.0, rate_noise=0.0, angle_bias=0.0, delay_ticks=1)
+        """Return a unit without errors but its faults; one tick is left for sampling."""
+        return replace(self, angle_noise=0.0, rate_noise=0.0, angle_bias=0.0, delay_ticks=1)
 
 
 def inclination(quaternion, angular_velocity):
@@ -81,7 +84,7 @@ class Imu(Block):
             params,
             initial={SAMPLES.name: np.zeros(SAMPLES.size * (params.delay_ticks - 1))},
             bias=np.concatenate([bias, [0.0, 0.0]]),
-            noise=Noise(deviation, seed, stream=1),
+            noise=Noise(deviation, seed, stream=1, drift=PERIOD * np.array([*params.drift, 0, 0])),
         )
 
     @law

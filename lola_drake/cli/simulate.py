@@ -136,13 +136,15 @@ def _summary_table(result: "Result") -> Table:
     """Return the outcome of a run as a table."""
     table = Table(title=f"{result.scenario.name} ({result.scenario.variant})", show_header=False)
     for name, value in result.summary.items():
-        if name not in ("scenario", "variant", "versions"):
+        if name not in ("scenario", "variant", "versions") and value != {}:
             table.add_row(name, _readable(value))
     return table
 
 
 def _readable(value: object) -> str:
     """Return a metric as a short text."""
+    if isinstance(value, list):
+        return "; ".join(map(_readable, value))
     if isinstance(value, dict):
         return ", ".join(f"{key} {_readable(entry)}" for key, entry in value.items())
     if value is None:

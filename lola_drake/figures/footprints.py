@@ -13,7 +13,6 @@ from lola_drake.figures.style import (
     DASHED,
     FOOT_COLOURS,
     FOOT_NAMES,
-    GROUND,
     PLAN,
     SECOND,
     THIRD,
@@ -47,8 +46,8 @@ def footprints(result: Result) -> Figure:
     figure = Figure(figsize=(WIDTH, height), layout="constrained")
     add_title(figure, "Centre of mass and zero moment point from above")
     ax = figure.add_subplot()
-    for obstacle in result.scenario.ground.obstacles:
-        ax.add_patch(_outline(obstacle))
+    for board in result.scenario.terrain.boards:
+        ax.add_patch(_outline(board))
     for area in areas:
         ax.add_patch(Polygon(area, facecolor="#000000", alpha=0.035, lw=0))
     for foot, pose in standing:
@@ -106,7 +105,7 @@ def pressure_point(signals: Mapping[str, np.ndarray], foot: str) -> np.ndarray:
 def planned_footsteps(result: Result) -> dict[str, list[np.ndarray]]:
     """Return x, y, z, yaw in W of every place where a foot was planned to stand, by foot."""
     start = result.scenario.start
-    base = result.scenario.ground.height_at(start.x, start.y)
+    base = result.scenario.terrain.height_at(start.x, start.y)
     footsteps = {}
     for foot in FEET:
         planned = result.signals["planned_motion"][:, PLANNED_MOTION.slice(f"foot_{foot}")]
@@ -167,8 +166,5 @@ def sole_corners(pose: np.ndarray) -> np.ndarray:
     return Affine2D().rotate(pose[2]).translate(*pose[:2]).transform(corners)
 
 
-def _outline(obstacle: Obstacle) -> Polygon:
-    length, width = obstacle.size
-    place = Affine2D().rotate_deg(obstacle.heading_deg).translate(*obstacle.position)
-    corners = [(a * length / 2, b * width / 2) for a, b in _AROUND]
-    return Polygon(place.transform(corners), color=GROUND, alpha=0.3, lw=0)
+def _outline(board: Obstacle) -> Polygon:
+    return Polygon(board.outline.corners(), color=board.colour, alpha=0.3, lw=0)

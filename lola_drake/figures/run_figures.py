@@ -81,13 +81,13 @@ def foot_forces(result: Result) -> Figure:
 def foot_heights(result: Result) -> Figure:
     """Return how high each foot's TCP was over the ground and in the plan."""
     figure, axes = time_figure(result, 2, title="Height of the feet")
-    start, ground = result.scenario.start, result.scenario.ground
+    start, ground = result.scenario.start, result.scenario.terrain
     base = ground.height_at(start.x, start.y)
     for row, foot in enumerate(FEET):
         ax, pose = axes[row, 0], result.signals[f"foot_pose_{foot}"]
         planned = result.signals["planned_motion"][:, PLANNED_MOTION.slice(f"foot_{foot}")][:, 2]
         every = slice(None, None, 10)
-        below = [100 * ground.height_at(x, y) for x, y in pose[every, :2]]
+        below = 100 * ground.surface(pose[every, :2]).height
         ax.fill_between(
             result.times[every], below, -100, color=GROUND, alpha=0.35, lw=0, label="ground"
         )

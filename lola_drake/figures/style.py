@@ -1,7 +1,8 @@
 """The one look of all figures: colours, sizes, and the gait's phases under every time axis."""
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
+from itertools import product
 from typing import Any
 
 import matplotlib
@@ -18,7 +19,7 @@ from lola_drake.signals import CONTACT, FEET, GAIT_PHASE
 LEFT, RIGHT = "#0072B2", "#D55E00"
 FIRST, SECOND, THIRD = "#009E73", "#CC79A7", "#56B4E9"
 PLAN, INK, FAINT, NOISE = "#222222", "#222222", "#8a8f98", "#c3c8cf"
-GROUND, LIMIT = "#b8935a", "#b00020"
+GROUND, LIMIT, PUSHED = "#b8935a", "#b00020", "#8e24aa"
 DASHED = (0, (4, 2))
 FOOT_COLOURS = dict(zip(FEET, (LEFT, RIGHT), strict=True))
 FOOT_NAMES = dict(zip(FEET, ("left", "right"), strict=True))
@@ -86,6 +87,7 @@ def time_figure(
             first = first or axes[row, column]
             axes[row, column].tick_params(labelbottom=False)
         draw_gait(figure.add_subplot(grid[rows, column], sharex=first), result)
+    mark_pushes(result, axes.flat)
     if result.fall_time is not None:
         for ax in axes.flat:
             ax.axvline(result.fall_time, color=LIMIT, lw=1.2)
@@ -93,6 +95,13 @@ def time_figure(
         figure.text(0.99, 0.995, fall, color=LIMIT, ha="right", va="top", fontweight="bold")
     axes[0, 0].set_xlim(0.0, max(result.duration, 1e-3))
     return figure, axes
+
+
+def mark_pushes(result: Result, axes: Iterable[Axes]) -> None:
+    """Draw the times of a run's pushes into axes over time."""
+    for push, ax in product(result.scenario.pushes, axes):
+        if push.time < result.duration:
+            ax.axvspan(push.time, push.end, color=PUSHED, alpha=0.25, lw=0)
 
 
 def add_title(figure: Figure, title: str) -> None:

@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 
 from lola_drake.contact_events import Landing, landings
 from lola_drake.figures.comparison import RUN_COLOURS
-from lola_drake.figures.style import DASHED, FAINT, FOOT_NAMES, NOISE, look, plot
+from lola_drake.figures.style import DASHED, FAINT, FOOT_NAMES, NOISE, look, mark_pushes, plot
 from lola_drake.logged import COM_POSITION
 from lola_drake.metrics import inclination_deg, vertical_acceleration
 from lola_drake.results import Result
@@ -54,6 +54,7 @@ def _draw(figure: Figure, results: Sequence[Result]) -> None:
         ax.axhline(0.0, color=FAINT, lw=0.6)
     unexpected = [[x for x in landings(result) if x.kind != "punctual"] for result in results]
     _mark(axes, unexpected)
+    mark_pushes(results[0], axes)
     axes[-1].set(xlabel="time (s)", xlim=_window(results, unexpected))
     axes[0].legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=len(results))
     standing = [_curves(result) for result in results if result.fall_time is None]

@@ -141,14 +141,13 @@ def _balance(at: Balance) -> Panel:
 
 
 def _foot_heights(result: Result) -> Panel:
-    start, ground = result.scenario.start, result.scenario.ground
+    start, ground = result.scenario.start, result.scenario.terrain
     base = ground.height_at(start.x, start.y)
     cells = []
     for foot in FEET:
         pose = result.signals[f"foot_pose_{foot}"]
         planned = result.signals["planned_motion"][:, PLANNED_MOTION.slice(f"foot_{foot}")][:, 2]
-        coarse = np.array([ground.height_at(x, y) for x, y in pose[::10, :2]])
-        below = np.repeat(coarse, 10)[: len(pose)]
+        below = ground.surface(pose[:, :2]).height
         curves = [
             Curve("ground", 100 * below, GROUND, plan=True),
             Curve("TCP", 100 * pose[:, 2], FOOT_COLOURS[foot]),

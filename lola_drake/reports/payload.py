@@ -6,12 +6,14 @@ difference to the one before, since that shrinks best. `report.js` is the way ba
 
 import json
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from lola_drake.contact_events import landings
 from lola_drake.figures.style import FOOT_NAMES, intervals
+from lola_drake.pushes import Push
 from lola_drake.reports.panels import Cell, Curve, time_panels
 from lola_drake.reports.planes import EVERY, plane_panels
 from lola_drake.results import Result
@@ -41,17 +43,31 @@ def payload(results: Sequence[Result], names: Sequence[str]) -> dict[str, str]:
         "runs": [_run(result, name) for result, name in zip(results, names, strict=True)],
         "duration": max(result.duration for result in results),
         "period": PERIOD,
-        "events": events(results) if len(results) > 1 else [],
+        "events": events(results),
         "panels": panels,
     }
     return {"shape": packed(json.dumps(shape)), "numbers": packed(numbers.content())}
 
 
-def events(results: Sequence[Result]) -> list[dict[str, object]]:
-    """Return the contacts that came early or late, as t_1, t_2 … of the paper's Fig. 6.
+def events(results: Sequence[Result]) -> list[dict[str, Any]]:
+    """Return the pushes, and in a comparison the contacts that came early or late, in time.
 
-    The time of each is the last of the runs' landings; the run that falls first ends the list.
+    Those are t_1, t_2 … of the paper's Fig. 6. The time of each is the last of the runs' landings;
+    the run that falls first ends the list.
     """
+    contacts = _unexpected_contacts(results) if len(results) > 1 else []
+    pushes = dict.fromkeys(push for result in results for push in result.scenario.pushes)
+    duration = max(result.duration for result in results)
+    found = [_push(push) for push in pushes if push.time < duration]
+    return sorted(contacts + found, key=lambda event: event["planned"])
+
+
+def _push(push: Push) -> dict[str, Any]:
+    what = f"{push.impulse:g} Ns at {push.direction_deg:g}° on {push.body}"
+    return {"name": "push", "what": what, "planned": push.time, "time": push.end}
+
+
+def _unexpected_contacts(results: Sequence[Result]) -> list[dict[str, Any]]:
     unexpected = [[x for x in landings(result) if x.kind != "punctual"] for result in results]
     return [
         {

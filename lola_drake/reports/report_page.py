@@ -16,7 +16,7 @@ from lola_drake.reports.payload import payload
 from lola_drake.results import Result
 from lola_drake.scenario import Scenario, differences
 from lola_drake.typed_yaml import leaves, plain
-from lola_drake.view3d.markers import LEGEND
+from lola_drake.view3d.markers import LEGEND, PUSH_LEGEND
 from lola_drake.view3d.replay import asset, packed
 from lola_drake.world import build_simulation
 
@@ -46,7 +46,7 @@ def report_page(results: Sequence[Result], replay: str) -> str:
         "TITLE": escape(f"{title}: {', '.join(names)}"),
         "HEADER": _header(results, names),
         "TILES": _tiles(results),
-        "LEGEND": _legend(names),
+        "LEGEND": _legend(results, names),
         "METRICS": _metrics_table(results, names),
         "SETTINGS": _settings_table(results, names),
         "DIAGRAM": _diagram(first),
@@ -92,8 +92,10 @@ def _tiles(results: Sequence[Result]) -> str:
     return "".join(tiles)
 
 
-def _legend(names: list[str]) -> str:
+def _legend(results: Sequence[Result], names: list[str]) -> str:
     entries = [*LEGEND]
+    if any(result.scenario.pushes for result in results):
+        entries.append(PUSH_LEGEND)
     if len(names) > 1:
         entries.insert(0, ("var(--ghost)", f"ghost: {', '.join(names[:-1])}; robot: {names[-1]}"))
     return "".join(
@@ -126,7 +128,7 @@ def _comparable(results: Sequence[Result]) -> bool:
 
 def _flat(summary: dict) -> dict[str, object]:
     """Return the metrics of a summary without nesting."""
-    told = {"scenario", "variant", "seed", "versions"}
+    told = {"scenario", "variant", "seed", "versions", "disturbances"}
     return {key: value for key, value in leaves(summary).items() if key.split(".")[0] not in told}
 
 

@@ -1,14 +1,15 @@
 """Worlds to try a scenario in: what the controller does not know, drawn at random.
 
-What is drawn lies outside the controller: where the obstacles are, the ground's friction and
-stiffness, the noise of the sensors, the delays of the bus and the IMU. The ranges are estimates of
-what a laboratory offers.
+What is drawn lies outside the controller: where the obstacles are, the heights of fields of boards,
+the ground's friction and stiffness, the noise of the sensors, the delays of the bus and the IMU.
+The ranges are estimates of what a laboratory offers.
 """
 
 import dataclasses
 
 import numpy as np
 
+from lola_drake.obstacles import Laid
 from lola_drake.scenario import Ground, Scenario
 
 FRICTION = (0.6, 1.0)
@@ -48,7 +49,15 @@ def _sample_ground(ground: Ground, random: np.random.Generator) -> Ground:
         ground,
         friction=friction,
         stiffness=stiffness * ground.stiffness,
-        obstacles=tuple(
-            obstacle.shifted(random.uniform(*obstacle.free_shift)) for obstacle in ground.obstacles
+        obstacles=_moved(ground.obstacles, random),
+        stairs=_moved(ground.stairs, random),
+        fields=tuple(
+            dataclasses.replace(field, seed=int(random.integers(1_000_000_000)))
+            for field in _moved(ground.fields, random)
         ),
+        footholds=_moved(ground.footholds, random),
     )
+
+
+def _moved(laid: tuple[Laid, ...], random: np.random.Generator) -> tuple[Laid, ...]:
+    return tuple(one.shifted(random.uniform(*one.free_shift)) for one in laid)

@@ -30,24 +30,37 @@ class Chunked:
 
 
 class Noise(Chunked):
-    """White Gaussian noise; sample k is the same whenever it is asked for."""
+    """White Gaussian noise about what drifts; sample k is the same whenever it is asked for."""
 
-    def __init__(self, deviation: np.ndarray, seed: int, stream: int):
+    def __init__(
+        self,
+        deviation: np.ndarray,
+        seed: int,
+        stream: int,
+        *,
+        bias: np.ndarray | float = 0.0,
+        drift: np.ndarray | float = 0.0,
+    ):
         """Create the noise of one sensor.
 
         Args:
             deviation: standard deviation of every entry, shape (size,).
             seed: of the run.
             stream: number of the sensor; streams are independent.
+            bias: mean at the start, shape (size,) or a number.
+            drift: by how much the mean grows in every period, shape (size,) or a number.
         """
         super().__init__()
         self._deviation, self._key = deviation, (seed, stream)
+        self._bias, self._drift = bias, drift
         self.size = len(deviation)
 
     def chunk(self, number: int) -> np.ndarray:
         """Return a chunk, shape (CHUNK, size)."""
         generator = np.random.default_rng([*self._key, number])
-        return self._deviation * generator.standard_normal((CHUNK, self.size))
+        ticks = CHUNK * number + np.arange(CHUNK)[:, None]
+        mean = self._bias + ticks * self._drift
+        return mean + self._deviation * generator.standard_normal((CHUNK, self.size))
 
 
 class Noises(Chunked):

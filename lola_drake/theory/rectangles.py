@@ -18,17 +18,18 @@ class Rectangle:
     length: float
     width: float
 
-    def covers(self, x: float, y: float) -> bool:
-        """Return whether a point lies in it."""
+    def covers(self, x, y):
+        """Return whether a point lies in it; also for arrays of points."""
         c, s = cos(self.heading), sin(self.heading)
         d_x, d_y = x - self.x, y - self.y
         along, across = c * d_x + s * d_y, c * d_y - s * d_x
-        return abs(along) <= self.length / 2 and abs(across) <= self.width / 2
+        return (abs(along) <= self.length / 2) & (abs(across) <= self.width / 2)
 
     def corners(self) -> list[tuple[float, float]]:
-        """Return its four corners."""
+        """Return its four corners, one after the other around it."""
         c, s = cos(self.heading), sin(self.heading)
-        halves = [(i * self.length / 2, k * self.width / 2) for i in (-1, 1) for k in (-1, 1)]
+        around = ((-1, -1), (1, -1), (1, 1), (-1, 1))
+        halves = [(i * self.length / 2, k * self.width / 2) for i, k in around]
         return [(self.x + c * a - s * b, self.y + s * a + c * b) for a, b in halves]
 
     def overlaps(self, other: "Rectangle") -> bool:
@@ -61,3 +62,30 @@ class Rectangle:
             for u, v in ((c, s), (-s, c)):
                 mine, its = ([u * x + v * y for x, y in points] for points in corners)
                 yield (u, v), mine, its
+
+
+def common(one: Rectangle, other: Rectangle) -> list[tuple[float, float]]:
+    """Return the corners of what two rectangles have in common, none if they have nothing.
+
+    The first is cut along each side of the second (Sutherland and Hodgman).
+    """
+    corners = one.corners()
+    c, s = cos(other.heading), sin(other.heading)
+    for u, v, reach in (
+        (c, s, other.length / 2),
+        (-c, -s, other.length / 2),
+        (-s, c, other.width / 2),
+        (s, -c, other.width / 2),
+    ):
+        beyond = [u * (x - other.x) + v * (y - other.y) - reach for x, y in corners]
+        kept = []
+        for i, (x, y) in enumerate(corners):
+            if beyond[i] * beyond[i - 1] < 0.0:
+                part = beyond[i] / (beyond[i] - beyond[i - 1])
+                kept.append(
+                    (x + part * (corners[i - 1][0] - x), y + part * (corners[i - 1][1] - y))
+                )
+            if beyond[i] <= 0.0:
+                kept.append((x, y))
+        corners = kept
+    return corners

@@ -24,7 +24,7 @@ from lola_drake.signals import FEET, PERIOD
 from lola_drake.simulation import simulate
 from lola_drake.theory.footholds import UP, advance, clear_foothold
 from lola_drake.view3d.controls import KEEP, PAUSE, REPLAY, STOP, Controls
-from lola_drake.view3d.frames import Frame, frame_samples, frames_at, frames_of
+from lola_drake.view3d.frames import Frame, frame_samples, frames_at, frames_of, seen_pushes
 from lola_drake.view3d.live_page import LivePage
 from lola_drake.view3d.markers import Markers, PressureMarkers
 from lola_drake.view3d.pace import Clock, Pace
@@ -75,7 +75,8 @@ class LiveView:
         self.stopped = self.interfered = False
         self._scenario, self._meshcat = scenario, meshcat
         self._steered = not scenario.walk.steps and not scenario.walk.command
-        self._puppet, self._markers = Puppet(scenario, shown_in(meshcat)), Markers(meshcat)
+        self._puppet = Puppet(scenario.terrain, shown_in(meshcat))
+        self._markers = Markers(meshcat, len(scenario.pushes))
         self._pressure = PressureMarkers(meshcat)
         self._controls: Controls | None = None
         self._paused = False
@@ -194,7 +195,8 @@ class LiveView:
 
     def _draw(self, run: Run) -> None:
         signals = signals_now(run)
-        (self._frame,) = frames_of(signals, self._scenario.ground)
+        pushes = seen_pushes(self._scenario, run.time)
+        (self._frame,) = frames_of(signals, self._scenario.terrain, [pushes])
         feet = np.stack([signals[f"foot_pose_{foot}"][0] for foot in FEET])
         self._show(self._frame, signals["joint_position"][0], feet, pad_forces_now(run), run.time)
         self._meshcat.SetSimulationTime(run.time)
@@ -277,7 +279,7 @@ def next_footsteps(scenario: Scenario, state: np.ndarray) -> dict[str, list[np.n
     """
     request, start = unpack_request(state), scenario.start
     path, swing = request.path, request.swing
-    base = scenario.ground.height_at(start.x, start.y) + request.ground
+    base = scenario.terrain.height_at(start.x, start.y) + request.ground
     feet = [foot[[0, 1, 3]] for foot in request.feet]
     footsteps: dict[str, list[np.ndarray]] = {foot: [] for foot in FEET}
     for displacement in request.displacements:

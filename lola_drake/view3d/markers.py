@@ -9,7 +9,7 @@ from pydrake.geometry import Box, Cylinder, Meshcat, MeshcatCone, Rgba, Sphere
 from pydrake.math import RigidTransform, RollPitchYaw, RotationMatrix
 
 from lola_drake.figures.footprints import sole_corners
-from lola_drake.figures.style import FIRST, FOOT_COLOURS, FOOT_NAMES, SECOND, THIRD
+from lola_drake.figures.style import FIRST, FOOT_COLOURS, FOOT_NAMES, PUSHED, SECOND, THIRD
 from lola_drake.robot import PADS
 from lola_drake.signals import FEET
 from lola_drake.view3d.frames import Frame
@@ -23,6 +23,8 @@ PRESSURE = "#ff5a1f"
 
 EXAGGERATION = 10.0
 """So much more than the torso leans the needle above it; walking takes tenths of a degree."""
+
+NO_PUSH = np.zeros((2, 3))
 
 FULL_FORCE = 300.0
 """The force on a pad (N) from which on it glows as brightly as it can; half the robot's weight."""
@@ -38,24 +40,21 @@ LEGEND = (
     (PRESSURE, "pressure of the pads"),
     (FIRST, "inclination of the torso, × 10"),
 )
+
+PUSH_LEGEND = (PUSHED, "push")
 """What the colours mean."""
 
 
 class Markers:
     """The markers in one Meshcat scene."""
 
-    def __init__(self, meshcat: Meshcat):
-        """Create all markers but the footsteps."""
-        self._meshcat = meshcat
+    def __init__(self, meshcat: Meshcat, pushes: int = 0):
+        """Create all markers but the footsteps; of pushes as many as there may be at a time."""
+        self._meshcat, self._pushes = meshcat, pushes
         for foot in FEET:
-            path = _force_path(foot)
-            meshcat.SetObject(f"{path}/shaft", Cylinder(0.009, 1.0), _rgba(FOOT_COLOURS[foot]))
-            # The cone stands on its apex: turned over, it is an arrow's head.
-            head = MeshcatCone(0.05, 0.022, 0.022)
-            meshcat.SetObject(f"{path}/head/cone", head, _rgba(FOOT_COLOURS[foot]))
-            turned = RigidTransform(RotationMatrix.MakeXRotation(np.pi), [0.0, 0.0, 0.05])
-            meshcat.SetTransform(f"{path}/head/cone", turned)
-            self._shine_through(f"{path}/shaft", f"{path}/head/cone")
+            self._add_arrow(_force_path(foot), FOOT_COLOURS[foot])
+        for number in range(pushes):
+            self._add_arrow(_push_path(number), PUSHED)
         meshcat.SetObject(f"{ROOT}/CoM/ball", Sphere(0.035), _rgba(THIRD))
         self._shine_through(f"{ROOT}/CoM/ball")
         meshcat.SetObject(f"{ROOT}/CoM/on the ground", Cylinder(0.022, 0.004), _rgba(THIRD))
@@ -64,6 +63,15 @@ class Markers:
             path = f"{ROOT}/inclination/{name}"
             meshcat.SetObject(f"{path}/needle", Cylinder(0.005, 0.3), _rgba(colour))
             meshcat.SetTransform(f"{path}/needle", RigidTransform([0.0, 0.0, 0.15]))
+
+    def _add_arrow(self, path: str, colour: str) -> None:
+        self._meshcat.SetObject(f"{path}/shaft", Cylinder(0.009, 1.0), _rgba(colour))
+        # The cone stands on its apex: turned over, it is an arrow's head.
+        head = MeshcatCone(0.05, 0.022, 0.022)
+        self._meshcat.SetObject(f"{path}/head/cone", head, _rgba(colour))
+        turned = RigidTransform(RotationMatrix.MakeXRotation(np.pi), [0.0, 0.0, 0.05])
+        self._meshcat.SetTransform(f"{path}/head/cone", turned)
+        self._shine_through(f"{path}/shaft", f"{path}/head/cone")
 
     def _shine_through(self, *paths: str) -> None:
         """Let something be seen inside and behind the robot."""
@@ -92,6 +100,11 @@ class Markers:
         put = self._meshcat.SetTransform
         for foot, force, origin in zip(FEET, frame.forces, frame.origins, strict=True):
             self._show_force(_force_path(foot), force, origin, time)
+        for number in range(self._pushes):
+            point, force = frame.pushes[number] if number < len(frame.pushes) else NO_PUSH
+            # The arrow's head ends where it pushes.
+            tail = point - METRES_PER_NEWTON * force
+            self._show_force(_push_path(number), force, tail, time)
         put(f"{ROOT}/CoM/ball", RigidTransform(frame.com), time)
         ground = frame.zmp[2] if np.isfinite(frame.zmp[2]) else 0.0
         below = [frame.com[0], frame.com[1], ground + 0.003]
@@ -157,6 +170,10 @@ def _pad_path(foot: str, pad: int) -> str:
 
 def _force_path(foot: str) -> str:
     return f"{ROOT}/ground force/{FOOT_NAMES[foot]}"
+
+
+def _push_path(number: int) -> str:
+    return f"{ROOT}/push/{number}"
 
 
 def _rgba(colour: str, alpha: float = 1.0) -> Rgba:

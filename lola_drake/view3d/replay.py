@@ -2,7 +2,6 @@
 
 import base64
 import gzip
-from dataclasses import replace
 from html import escape
 from importlib.resources import files
 
@@ -12,7 +11,7 @@ from pydrake.geometry import Meshcat
 from lola_drake.figures.footprints import planned_footsteps
 from lola_drake.pad_forces import pad_forces
 from lola_drake.results import Result
-from lola_drake.scenario import Scenario
+from lola_drake.scenario import Ground
 from lola_drake.view3d.frames import frame_samples, frames_at
 from lola_drake.view3d.markers import Markers, PressureMarkers
 from lola_drake.view3d.scene import WORLD, Puppet, follow, open_meshcat, shown_in
@@ -69,20 +68,19 @@ def record(meshcat: Meshcat, *results: Result) -> None:
     meshcat.StartRecording(frames_per_second=FRAMES_PER_SECOND)
     for i, ghost in enumerate(ghosts):
         # What it walks on is there already.
-        bare = replace(ghost.scenario, ground=replace(ghost.scenario.ground, obstacles=()))
-        _record_robot(ghost, bare, times, meshcat, f"{GHOST}/{i}")
-    samples = _record_robot(main, main.scenario, times, meshcat, f"{WORLD}/lola")
+        _record_robot(ghost, Ground(), times, meshcat, f"{GHOST}/{i}")
+    samples = _record_robot(main, main.scenario.terrain, times, meshcat, f"{WORLD}/lola")
     _record_markers(main, samples, times, meshcat)
     meshcat.StopRecording()
     meshcat.PublishRecording()
 
 
 def _record_robot(
-    result: Result, scenario: Scenario, times: np.ndarray, meshcat: Meshcat, path: str
+    result: Result, ground: Ground, times: np.ndarray, meshcat: Meshcat, path: str
 ) -> np.ndarray:
     """Record how the robot moves; returns which samples of its run are the frames."""
     samples = np.searchsorted(result.times, times - 1e-9).clip(max=len(result.times) - 1)
-    puppet = Puppet(scenario, shown_in(meshcat, path))
+    puppet = Puppet(ground, shown_in(meshcat, path))
     torsos = result.signals["torso_pose"][samples]
     joints = result.signals["joint_position"][samples]
     for time, torso, q in zip(times, torsos, joints, strict=True):
@@ -93,9 +91,10 @@ def _record_robot(
 def _record_markers(
     result: Result, samples: np.ndarray, times: np.ndarray, meshcat: Meshcat
 ) -> None:
-    markers, pressure = Markers(meshcat), PressureMarkers(meshcat)
-    markers.set_footsteps(planned_footsteps(result))
     frames, forces = frames_at(result, samples), pad_forces(result, samples)
+    most = max(len(frame.pushes) for frame in frames)
+    markers, pressure = Markers(meshcat, most), PressureMarkers(meshcat)
+    markers.set_footsteps(planned_footsteps(result))
     poses = np.stack([result.signals[f"foot_pose_{foot}"][samples] for foot in "lr"], axis=1)
     for time, frame, feet, force in zip(times, frames, poses, forces, strict=True):
         markers.show(frame, float(time))

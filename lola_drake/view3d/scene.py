@@ -21,7 +21,7 @@ from pydrake.systems.framework import DiagramBuilder
 
 from lola_drake.errors import OutputError, shown
 from lola_drake.plant import add_plant
-from lola_drake.scenario import Scenario
+from lola_drake.scenario import Ground
 
 # Who wants to look is told where by the command; a page that is made needs no such message.
 logging.getLogger("drake").addFilter(lambda record: "listening" not in record.getMessage())
@@ -101,18 +101,18 @@ def follow(meshcat: Meshcat, position: np.ndarray, time: float | None = None) ->
 
 
 class Puppet:
-    """LOLA on the ground of a scenario, without physics: it stands where it is put."""
+    """LOLA on a ground, without physics: it stands where it is put."""
 
-    def __init__(self, scenario: Scenario, furnish: Furnish):
+    def __init__(self, ground: Ground, furnish: Furnish):
         """Build the scene.
 
         Args:
-            scenario: What lies on the ground.
+            ground: With what lies on it.
             furnish: Called with the builder, the plant before it is finalized, and the scene
                 graph; adds what shows them.
         """
         builder = DiagramBuilder()
-        plant, self.scene_graph = add_plant(builder, scenario.ground)
+        plant, self.scene_graph = add_plant(builder, ground)
         furnish(builder, plant, self.scene_graph)
         plant.Finalize()
         self._plant, self._diagram = plant, builder.Build()

@@ -18,7 +18,7 @@ from pydrake.math import RigidTransform, RotationMatrix
 from pydrake.systems.sensors import CameraInfo
 
 from lola_drake.atomic_file import OutputError, whole_file
-from lola_drake.figures.style import FOOT_COLOURS
+from lola_drake.figures.style import FOOT_COLOURS, PUSHED
 from lola_drake.results import Result
 from lola_drake.signals import FEET
 from lola_drake.view3d.frames import Frame, frame_samples, frames_at
@@ -58,7 +58,7 @@ def save_video(result: Result, path: str | Path) -> Path:
 def frames(result: Result) -> Iterator[Image.Image]:
     """Return the pictures of a run, one after the other."""
     samples = frame_samples(result.times, FRAMES_PER_SECOND)
-    puppet = Puppet(result.scenario, _furnish)
+    puppet = Puppet(result.scenario.terrain, _furnish)
     camera = _camera()
     for sample, frame in zip(samples, frames_at(result, samples), strict=True):
         puppet.pose(frame.torso, result.signals["joint_position"][sample])
@@ -108,13 +108,17 @@ def _camera() -> ColorRenderCamera:
 
 
 def _annotate(picture, camera: CameraInfo, X_WC, frame: Frame, time: float) -> None:
-    """Draw the ground forces as arrows, and write the time."""
+    """Draw ground forces and pushes as arrows, and write the time."""
     draw = ImageDraw.Draw(picture)
-    for foot, force, origin in zip(FEET, frame.forces, frame.origins, strict=True):
-        if np.linalg.norm(force) > LEAST_FORCE and np.isfinite(origin).all():
-            tip = origin + METRES_PER_NEWTON * force
-            start, end = (camera.intrinsic_matrix() @ (X_WC.inverse() @ p) for p in (origin, tip))
-            _draw_arrow(draw, start[:2] / start[2], end[:2] / end[2], FOOT_COLOURS[foot])
+    arrows = [
+        (origin, origin + METRES_PER_NEWTON * force, FOOT_COLOURS[foot])
+        for foot, force, origin in zip(FEET, frame.forces, frame.origins, strict=True)
+        if np.linalg.norm(force) > LEAST_FORCE and np.isfinite(origin).all()
+    ]
+    arrows += [(p - METRES_PER_NEWTON * force, p, PUSHED) for p, force in frame.pushes]
+    for tail, tip, colour in arrows:
+        start, end = (camera.intrinsic_matrix() @ (X_WC.inverse() @ p) for p in (tail, tip))
+        _draw_arrow(draw, start[:2] / start[2], end[:2] / end[2], colour)
     font = ImageFont.load_default(18)
     roll, pitch = np.degrees(frame.torso[3:5])
     text = f"{time:6.2f} s    inclination {roll:+.1f}°, {pitch:+.1f}°"

@@ -9,8 +9,10 @@ from pydrake.multibody.math import SpatialForce
 from pydrake.multibody.tree import JointIndex
 
 from lola_drake.blocks.contact_switches import (
+    PAD_NAMES,
     ContactSwitches,
     ContactSwitchesParams,
+    DeadSwitch,
     forces_in_world,
 )
 from lola_drake.parameters import ParameterError
@@ -39,7 +41,8 @@ def switched(kinematics):
         contact, reactions = np.ones(8), np.tile([7.0, 7.0, 7.0, 9.0, -9.0, -1e3], 8)
         contact[5], reactions[6 * 5 + 5] = closed, -force
         law, tree = ContactSwitches.laws["next_contact"], kinematics.tree
-        result = law(contact, UPRIGHT, np.zeros(24), reactions, tree, close_force, open_force)
+        thresholds = np.full(8, close_force), np.full(8, open_force)
+        result = law(contact, UPRIGHT, np.zeros(24), reactions, tree, *thresholds)
         assert np.delete(result, 5).all()
         return result[5]
 
@@ -120,3 +123,23 @@ def test_standing_robot_closes_every_switch_and_is_carried(standing):
     force = switches.GetOutputPort("ground_force").Eval(context)
     assert force[2] == pytest.approx(force[5], rel=0.02)
     assert force[2] + force[5] == pytest.approx(60.0 * 9.81, rel=0.2)
+
+
+@pytest.mark.parametrize(("reads", "value"), [("open", 0.0), ("closed", 1.0)])
+def test_a_dead_switch_says_the_same_from_the_start_on(kinematics, reads, value):
+    dead = DeadSwitch(foot="r", pad="front_left", reads=reads)
+    assert dead.number == 6 == 4 + PAD_NAMES.index("front_left")
+    block = ContactSwitches(ContactSwitchesParams(dead=(dead,)).ideal(), (), kinematics.tree)
+    contact = block.initial["contact"]
+    assert contact[6] == value and np.delete(contact, 6).all()
+    for load in (1e3, -1e3):
+        reactions = np.tile([0.0, 0.0, 0.0, 0.0, 0.0, -load], 8)
+        thresholds = block.constant("closes_at"), block.constant("opens_at")
+        law = block.laws["next_contact"]
+        after = law(contact, UPRIGHT, np.zeros(24), reactions, kinematics.tree, *thresholds)
+        assert after[6] == value and (np.delete(after, 6) == (load > 0)).all()
+
+
+def test_a_switch_is_dead_once():
+    with pytest.raises(ParameterError, match="dead: .* every switch once"):
+        ContactSwitchesParams(dead=(DeadSwitch(), DeadSwitch(reads="closed")))

@@ -89,3 +89,15 @@ def test_filter_smooths_the_noise():
         Sensors(FootForceSensorParams(cutoff=cutoff)).quiet(1000).std() for cutoff in (0.0, 50.0)
     )
     assert filtered < 0.6 * raw
+
+
+def test_a_bias_is_added_to_one_foot_also_in_an_ideal_sensor():
+    bias = (1.0, -2.0, 30.0, 0.4, 0.5, -0.6)
+    load = np.arange(1.0, 7.0)
+    for foot, other in (("l", "r"), ("r", "l")):
+        reading = Sensors(FootForceSensorParams(**{f"bias_{foot}": bias}).ideal()).step(load, load)
+        wrong = np.r_[
+            reading[MEASURED_WRENCH.slice(f"F_{foot}")], reading[MEASURED_WRENCH.slice(f"T_{foot}")]
+        ]
+        assert wrong == pytest.approx(bias - load)
+        assert reading[MEASURED_WRENCH.slice(f"F_{other}")] == pytest.approx(-load[:3])

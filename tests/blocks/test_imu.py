@@ -114,3 +114,10 @@ def test_noise_has_its_deviations():
     params = ImuParams(angle_noise=0.001, rate_noise=0.02, angle_bias=0.0, delay_ticks=1)
     deviation = Torso(params).upright(3000).std(axis=0)
     assert deviation == pytest.approx([0.001, 0.001, 0.02, 0.02], rel=0.1)
+
+
+def test_a_drift_grows_with_time_also_in_an_ideal_unit():
+    torso = Torso(ImuParams(drift=(0.02, -0.05), angle_noise=0.1).ideal())
+    readings = torso.upright(2001)
+    np.testing.assert_allclose(readings[2000], [0.04, -0.1, 0.0, 0.0], atol=1e-12)
+    np.testing.assert_allclose(readings[1000], [0.02, -0.05, 0.0, 0.0], atol=1e-12)

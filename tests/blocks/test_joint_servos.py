@@ -10,6 +10,7 @@ from ticking import Ticking
 from lola_drake.blocks.joint_servos import (
     JointServos,
     JointServosParams,
+    MissedCycles,
     limited_command,
     servo_gains,
     set_servo_gains,
@@ -26,8 +27,8 @@ LIMITS = np.r_[PERIOD * SPEED, SPEED, TORQUE]
 class Bus(Ticking):
     """The block."""
 
-    def __init__(self, delay_ticks=1):
-        params = JointServosParams(delay_ticks=delay_ticks)
+    def __init__(self, delay_ticks=1, missed=()):
+        params = JointServosParams(delay_ticks=delay_ticks, missed=missed)
         super().__init__(JointServos(params, SPEED, TORQUE, INITIAL))
 
     def step(self, q, q_dot, torque):
@@ -116,3 +117,17 @@ def test_every_actuator_has_the_gains_of_its_rotor():
     p, d = servo_gains(plant, params)
     assert p.tolist() == [actuator.get_controller_gains().p for actuator in actuators]
     assert d.tolist() == [actuator.get_controller_gains().d for actuator in actuators]
+
+
+@pytest.mark.parametrize("delay", [1, 3])
+def test_in_a_missed_cycle_nothing_arrives_and_what_is_under_way_moves_on(delay):
+    bus, whole = Bus(delay, (MissedCycles(0.005, 2),)), Bus(delay)
+    rows = []
+    for k in range(12):
+        command = INITIAL + 1e-4 * k, np.full(N, 0.01 * k), np.full(N, 0.1 * k)
+        for each in (bus, whole):
+            each.step(*command)
+        rows.append([np.concatenate(each.arrived()) for each in (bus, whole)])
+    for k, (found, expected) in enumerate(rows):
+        # The cycles at 5 and 6 ms are missed: what arrived in the one before stays.
+        np.testing.assert_array_equal(found, rows[4][1] if k in (5, 6) else expected)

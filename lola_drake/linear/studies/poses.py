@@ -118,7 +118,7 @@ def _put_posture(wiring, context, q, w, kinematics, scenario, shares) -> None:
     stance = int(np.argmax(shares))
     sink = shares[stance] * kinematics.mass * GRAVITY / scenario.ground.stiffness
     p_TCom, _ = kinematics.centroidal_inertia(q)
-    ground = scenario.ground.height_at(0.0, 0.0)
+    ground = scenario.terrain.height_at(0.0, 0.0)
     base = np.array([0.0, 0.0, ground - sink]) - w[stance, :3] - p_TCom
     positions = np.concatenate([[1.0, 0.0, 0.0, 0.0], base, q])
     plant.SetPositionsAndVelocities(own, np.concatenate([positions, np.zeros(len(q) + 6)]))
