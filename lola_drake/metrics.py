@@ -5,6 +5,7 @@ All take arrays with one row per sample, as in `Result.signals`; lengths are in 
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -67,7 +68,7 @@ class Limits:
     ground: Ground
 
 
-def metrics(times: np.ndarray, signals: Signals, limits: Limits) -> dict[str, object]:
+def metrics(times: np.ndarray, signals: Signals, limits: Limits) -> dict[str, Any]:
     """Return all metrics of a run (until its fall, if it falls), by the names of summary.json.
 
     Of a run that ends before it has settled little is said. Signals that lie on the disk are read

@@ -118,7 +118,7 @@ class Result:
         return float(self.times[-1]) if len(self.times) else 0.0
 
     @cached_property
-    def metrics(self) -> dict[str, object]:
+    def metrics(self) -> dict[str, Any]:
         """Return the metrics of the run; after a fall nothing counts any more."""
         fall_time = math.inf if self.fall_time is None else self.fall_time
         standing = int(np.searchsorted(self.times, fall_time, "right"))
@@ -126,7 +126,7 @@ class Result:
         return _finite(metrics(self.times[:standing], signals, run_limits(self.scenario)))
 
     @property
-    def summary(self) -> dict[str, object]:
+    def summary(self) -> dict[str, Any]:
         """Return the content of summary.json."""
         return {
             "scenario": self.scenario.name,

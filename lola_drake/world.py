@@ -4,7 +4,7 @@ from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 from pydrake.multibody.plant import MultibodyPlant
@@ -49,8 +49,8 @@ from lola_drake.theory.constants import GRAVITY
 if TYPE_CHECKING:
     from lola_drake.mujoco_plant import MujocoPlant, MujocoServos
 
-    Plant = MultibodyPlant | MujocoPlant
-    Servos = ImplicitServos | DampingServos | MujocoServos
+    Plant: TypeAlias = MultibodyPlant | MujocoPlant
+    Servos: TypeAlias = ImplicitServos | DampingServos | MujocoServos
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,32 @@
+"""The public face: every name with the module that it is imported from."""
+
+from lola_drake.block import Block as Block
+from lola_drake.block import BlockError as BlockError
+from lola_drake.block import Part as Part
+from lola_drake.block import State as State
+from lola_drake.block import law as law
+from lola_drake.diagram.block_diagram import block_diagram as block_diagram
+from lola_drake.diagram.block_diagram import save_diagram as save_diagram
+from lola_drake.errors import LolaError as LolaError
+from lola_drake.errors import OutputError as OutputError
+from lola_drake.linear.errors import AnalysisError as AnalysisError
+from lola_drake.linear.frequency import frequency_data as frequency_data
+from lola_drake.linear.linearize import linearize as linearize
+from lola_drake.linear.margins import margins as margins
+from lola_drake.linear.open_loop import open_loop as open_loop
+from lola_drake.linear.poles import poles as poles
+from lola_drake.notebook import show as show
+from lola_drake.parameters import ParameterError as ParameterError
+from lola_drake.parameters import parameter as parameter
+from lola_drake.reports.run_report import write_report as write_report
+from lola_drake.results import Result as Result
+from lola_drake.results import ResultError as ResultError
+from lola_drake.results import load_result as load_result
+from lola_drake.scenario import Scenario as Scenario
+from lola_drake.scenario import ScenarioError as ScenarioError
+from lola_drake.scenario import load_scenario as load_scenario
+from lola_drake.settings import settings as settings
+from lola_drake.simulation import simulate as simulate
+from lola_drake.simulation import start as start
+from lola_drake.studies.variants import compare as compare
+from lola_drake.world import build_simulation as build_simulation
