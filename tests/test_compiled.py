@@ -75,6 +75,12 @@ def test_digest_changes_with_all_that_a_law_refers_to(old, new):
     assert digest(changed(old, new)["law"]) != digest(space()["law"])
 
 
+def test_digest_changes_with_the_module_that_what_is_kept_names():
+    law, moved = space()["law"], space()["law"]
+    moved.__module__ = "elsewhere"
+    assert digest(moved) != digest(law)
+
+
 def test_digest_changes_with_a_constant_in_a_module():
     assert digest(space(offset=0.5)["law"]) != digest(space()["law"])
 
