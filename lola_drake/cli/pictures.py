@@ -139,7 +139,9 @@ def report(
         for path in (output, video) if video else (output,):
             check_file(path, force=force)
         results = [load_result(run) for run in runs]
-        print(write_report(results, output))
+        names = [run.resolve().name for run in runs]
+        several = len(set(names)) == len(names) > 1
+        print(write_report(results, output, names=names if several else ()))
         if video is not None:
             print(save_video(results[0], video))
 

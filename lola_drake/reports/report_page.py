@@ -30,15 +30,16 @@ HEADLINES = {
 """The metrics that a report begins with: key in the summary, unit."""
 
 
-def report_page(results: Sequence[Result], replay: str) -> str:
+def report_page(results: Sequence[Result], replay: str, names: Sequence[str] = ()) -> str:
     """Return one page about some runs; the first is what the others are compared with.
 
     Args:
         results: The runs.
         replay: From `packed_replay`.
+        names: What they are called; unless given, what tells them apart.
     """
     first = results[0].scenario
-    names = labels(results) if len(results) > 1 else [first.variant]
+    names = list(names) or (labels(results) if len(results) > 1 else [first.variant])
     title = " and ".join(dict.fromkeys(result.scenario.name for result in results))
     packed_curves = payload(results, names)
     parts = {

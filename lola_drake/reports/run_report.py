@@ -36,16 +36,24 @@ def write_pictures(result: Result, folder: str | Path) -> None:
     _write(folder / REPORT, report_page([result], replay))
 
 
-def write_report(results: Sequence[Result], path: str | Path) -> Path:
+def write_report(results: Sequence[Result], path: str | Path, *, names: Sequence[str] = ()) -> Path:
     """Write one page about some runs; the first is what the others are compared with.
 
+    Args:
+        results: The runs.
+        path: Of the page, ends in .html.
+        names: What the runs are called, one each; unless given, what tells them apart.
+
     Raises:
-        OutputError: If there is no run, or nothing in one, or the page cannot be written.
+        OutputError: If there is no run, or nothing in one, or a name is missing or there twice, or
+            the page cannot be written.
     """
     if not results:
         raise OutputError("a report needs at least one run")
+    if names and not len(results) == len(names) == len(set(names)):
+        raise OutputError(f"names: {list(names)!r} is not one name for each of {len(results)} runs")
     check_drawable(results)
-    _write(Path(path), report_page(results, packed_replay(*results)))
+    _write(Path(path), report_page(results, packed_replay(*results), names))
     return Path(path)
 
 

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from browser import ask, needs_browser
 
+from lola_drake.errors import OutputError
 from lola_drake.reports.payload import NOTHING, events, payload
 from lola_drake.reports.run_report import write_report
 from lola_drake.scenario import Scenario, override
@@ -82,6 +83,14 @@ def test_a_page_needs_nothing_but_itself(comparison):
     page = comparison.read_text()
     assert not re.findall(r"""(?:src|href)=["']?https?:""", page)
     assert len(page) < 12e6 and page.count("</html>") == 1
+
+
+def test_runs_are_called_as_one_likes(two, tmp_path):
+    page = write_report(two, tmp_path / "named.html", names=["dyn", "my <law>"]).read_text()
+    assert "<th>dyn</th><th>my &lt;law&gt;</th>" in page
+    for names in (["dyn"], ["dyn", "dyn"]):
+        with pytest.raises(OutputError, match="is not one name for each of 2 runs"):
+            write_report(two, tmp_path / "named.html", names=names)
 
 
 def test_after_a_fall_nothing_is_compared(make_result, tmp_path):
