@@ -143,19 +143,25 @@ def survival(
 def tune(
     samples: Annotated[int, typer.Option(min=1, help="Worlds in which gains are judged.")] = 4,
     budget: Annotated[int, typer.Option(min=1, help="Number of gains that are tried.")] = 30,
+    law: Annotated[str, typer.Option(help="Tune this force law's own gains instead.")] = "",
     output: Folder = None,
     jobs: Jobs = 2,
     as_json: Json = False,
 ) -> None:
     """Search for the gains with which the reference controller falls and inclines least.
 
+    With `--law` it has that force law, and the law's own gains are what is tuned.
     A search that was stopped goes on where it was when it is started again.
     """
     from lola_drake.studies.tables import tuning_table
-    from lola_drake.studies.tuning import record
+    from lola_drake.studies.tuning import GAINS, law_gains, record
     from lola_drake.studies.tuning import tune as search
 
-    folder = output or Path("runs") / "tuning"
+    folder = output or Path("runs") / (f"tuning_{law}" if law else "tuning")
+    with errors_in_one_line():
+        what = (law_gains(law), law) if law else (GAINS, "hybrid")
     with studying(folder, jobs, "trials", budget) as (study, advance):
-        trials = search(study, samples, budget, lambda trials: advance(len(trials)))
-    conclude(folder, "tuning", lambda: record(trials, samples), tuning_table, as_json=as_json)
+        trials = search(study, samples, budget, lambda trials: advance(len(trials)), *what)
+    conclude(
+        folder, "tuning", lambda: record(trials, samples, *what), tuning_table, as_json=as_json
+    )

@@ -15,7 +15,7 @@ import numpy as np
 
 from lola_drake import typed_yaml
 from lola_drake.results import software_versions
-from lola_drake.scenario import Scenario, load_scenario
+from lola_drake.scenario import Control, Scenario, load_scenario
 from lola_drake.studies.row import Summary, survived
 from lola_drake.studies.sampled_worlds import sample_world
 from lola_drake.studies.study import Study
@@ -55,6 +55,22 @@ GAINS = (
     Gain("pattern.zmp_inward", 0.01, "m"),
     Gain("pattern.zmp_forward", 0.01, "m"),
 )
+
+STEPS_OF_A_SLIDER = 8
+"""The first step of a force law's gain is this part of its slider."""
+
+
+def law_gains(law: str) -> tuple[Gain, ...]:
+    """Return what is tuned of a force law: all that has a slider in its section."""
+    control = Control(law=law)
+    section = control.of_law()
+    name = next(name for name, found in vars(control).items() if found is section)
+    turned = [f for f in dataclasses.fields(section) if f.metadata["slider"]]
+    return tuple(
+        Gain(f"control.{name}.{f.name}", (high - low) / STEPS_OF_A_SLIDER, f.metadata["unit"])
+        for f, (low, high, _) in ((f, f.metadata["slider"]) for f in turned)
+    )
+
 
 Values = Mapping[str, float]
 
@@ -150,13 +166,14 @@ def coordinate_search(
     return trials
 
 
-def tuning_scenarios(values: Values, samples: int) -> list[Scenario]:
+def tuning_scenarios(values: Values, samples: int, law: str = "hybrid") -> list[Scenario]:
     """Return the runs that decide over gains: in every world each of `SCENARIOS`, and `CALM`."""
+    ref = {"variant": "ref", "control.law": law, **values}
     runs: list[tuple[str, dict]] = [(name, {}) for name in SCENARIOS] + [
         (CALM, {"duration": CALM_DURATION})
     ]
     return [
-        sample_world(load_scenario(name, {"variant": "ref", **values, **changes}), FIRST_SEED + i)
+        sample_world(load_scenario(name, {**ref, **changes}), FIRST_SEED + i)
         for i in range(samples)
         for name, changes in runs
     ]
@@ -168,6 +185,7 @@ def tune(
     budget: int,
     progress: Callable[[Sequence[Trial]], None] = lambda trials: None,
     gains: Sequence[Gain] = GAINS,
+    law: str = "hybrid",
 ) -> list[Trial]:
     """Return all trials of a search for the gains of `ref`, beginning with the present ones.
 
@@ -177,10 +195,11 @@ def tune(
         budget: number of trials; each needs `samples` runs of every scenario.
         progress: called with the trials after each of them.
         gains: what to tune.
+        law: the force law that `ref` has.
     """
 
     def evaluate(values: Values) -> Score:
-        return score(study.run(tuning_scenarios(values, samples)))
+        return score(study.run(tuning_scenarios(values, samples, law)))
 
     defaults = typed_yaml.leaves(typed_yaml.plain(Scenario()))
     start = {gain.key: defaults[gain.key] for gain in gains}
@@ -189,13 +208,16 @@ def tune(
     )
 
 
-def record(trials: Sequence[Trial], samples: int) -> dict[str, object]:
+def record(
+    trials: Sequence[Trial], samples: int, gains: Sequence[Gain] = GAINS, law: str = "hybrid"
+) -> dict[str, object]:
     """Return what is kept of a search: where it was done, every trial, and what it chose."""
     return {
         "variant": "ref",
+        "law": law,
         "scenarios": [*SCENARIOS, CALM],
         "seeds": list(range(FIRST_SEED, FIRST_SEED + samples)),
-        "units": {gain.key: gain.unit for gain in GAINS},
+        "units": {gain.key: gain.unit for gain in gains},
         "start": trials[0].report(),
         "chosen": best(trials).report(),
         "trials": [trial.report() for trial in trials],

@@ -1,11 +1,13 @@
 """The search for gains: finds the least of a known function, keeps its budget, uses ref alone."""
 
+import dataclasses
 import json
 import math
 
 import pytest
 
-from lola_drake.scenario import Scenario, override
+from lola_drake.blocks.force_laws import FORCE_LAWS
+from lola_drake.scenario import Control, Scenario, override
 from lola_drake.studies import tuning
 from lola_drake.studies.reproduction import EXPERIMENTS
 from lola_drake.studies.tuning import GAINS, Score, best, coordinate_search, score
@@ -74,6 +76,19 @@ def test_the_gains_are_numbers_of_the_scenario_and_none_is_the_papers():
         override(Scenario(), {gain.key: 1.5 * gain.step})
     keys = {gain.key for gain in GAINS}
     assert not keys & {"control.force.time_constant", "control.com_dynamics.gain"}
+
+
+@pytest.mark.parametrize("law", FORCE_LAWS)
+def test_of_a_force_law_the_gains_with_a_slider_are_tuned_and_no_others(law):
+    gains = tuning.law_gains(law)
+    section = Control(law=law).of_law()
+    sliders = [f.name for f in dataclasses.fields(section) if f.metadata["slider"]]
+    assert [gain.key.rpartition(".")[2] for gain in gains] == sliders
+    for gain in gains:
+        changed = override(Scenario(), {gain.key: 1.5 * gain.step, "control.law": law})
+        assert changed.control.of_law() != section
+    runs = tuning.tuning_scenarios({}, 1, law)
+    assert {(run.variant, run.control.law) for run in runs} == {("ref", law)}
 
 
 def test_only_ref_decides_and_not_in_the_worlds_of_the_reproduction():
