@@ -8,6 +8,7 @@ import numpy as np
 from pydrake.common.value import Value
 from pydrake.multibody.math import SpatialForce
 from pydrake.multibody.plant import ExternallyAppliedSpatialForce, MultibodyPlant
+from pydrake.multibody.tree import BodyIndex
 from pydrake.systems.framework import DiagramBuilder, LeafSystem
 
 from lola_drake.parameters import parameter, validate
@@ -76,6 +77,16 @@ class Push:
         return self.impulse / self.duration * self.direction
 
 
+def applied_force(
+    body: BodyIndex, point: Sequence[float], force: np.ndarray
+) -> ExternallyAppliedSpatialForce:
+    """Return a force in W (N) on a body, at a point in its frame (m), as a plant takes it."""
+    applied = ExternallyAppliedSpatialForce()
+    applied.body_index, applied.p_BoBq_B = body, point
+    applied.F_Bq_W = SpatialForce(np.zeros(3), force)
+    return applied
+
+
 class PushSource(LeafSystem):
     """Pushes the bodies of a plant, as a function of time alone."""
 
@@ -91,10 +102,7 @@ class PushSource(LeafSystem):
         for push, body in self._pushes:
             force = push.force(tick)
             if force.any():
-                applied = ExternallyAppliedSpatialForce()
-                applied.body_index, applied.p_BoBq_B = body, push.point
-                applied.F_Bq_W = SpatialForce(np.zeros(3), force)
-                found.append(applied)
+                found.append(applied_force(body, push.point, force))
         output.set_value(found)
 
 

@@ -1,8 +1,6 @@
 """LOLA: the model files, the names of its joints and frames, and the controller's kinematics."""
 
-from collections.abc import Sequence
 from functools import cached_property
-from math import atan2
 
 import numpy as np
 from pydrake.multibody.parsing import Parser
@@ -32,9 +30,6 @@ PADS = (
 
 _PAD_LINKS = ("foot_", "foot_", "zf", "zf")
 """The links that carry the pads: the rear ones the foot, the front ones the toe."""
-
-Rows = Sequence[Sequence[float]]
-"""A matrix, row by row: an array, or plain numbers where speed matters."""
 
 JOINT_INDEX = {name: i for i, name in enumerate(JOINTS)}
 
@@ -167,23 +162,6 @@ def kinematic_tree(plant: MultibodyPlant) -> KinematicTree:
         pad_body=pad_body,
         p_BPad=p_WPad - origin[pad_body],
     )
-
-
-def foot_angles(rotation: Rows) -> tuple[float, float, float]:
-    """Return sin gamma_x, sin gamma_y (independent rotations about T's axes) and gamma_z.
-
-    Args:
-        rotation: R_TF, the foot's orientation in T, or its whole pose [R_TF p_TF].
-    """
-    (r00, *_), (r10, *_), (r20, r21, *_) = rotation
-    return r21, -r20, atan2(r10, r00)
-
-
-def foot_angle_rates(rotation: Rows) -> np.ndarray:
-    """Return the matrix that takes the foot's angular velocity in T to the rates of its angles."""
-    (r00, r01, *_), (r10, r11, *_), (r20, *_) = rotation
-    lean = r20 / (r00 * r00 + r10 * r10)
-    return np.array([[r11, -r01, 0.0], [-r10, r00, 0.0], [-lean * r00, -lean * r10, 1.0]])
 
 
 def posture(hip: float, knee: float, *, elbow: float = 0.4, shoulder: float = 0.0) -> np.ndarray:

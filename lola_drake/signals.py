@@ -49,11 +49,21 @@ class Field:
 
 @dataclass(frozen=True)
 class Signal:
-    """A named vector made of fields."""
+    """A named vector made of fields.
+
+    Attributes:
+        name: of its ports; where each foot has one, `_l` or `_r` may follow.
+        doc: what it is, in one line.
+        fields: what it is made of.
+        per_foot: whether each foot has one.
+        logged: whether the record of a run has it.
+    """
 
     name: str
     doc: str
     fields: tuple[Field, ...]
+    per_foot: bool = False
+    logged: bool = True
 
     @property
     def size(self) -> int:
@@ -122,6 +132,7 @@ PLANT_STATE = Signal(
         Field("velocity", _XYZ, "m/s", "W"),
         Field("q_dot", JOINTS, "rad/s"),
     ),
+    logged=False,
 )
 WALK_COMMAND = Signal(
     "walk_command",
@@ -205,6 +216,7 @@ CONTACT_WRENCH = Signal(
     "contact_wrench",
     "lambda_f (eq. 13): the measured wrench taken to the TCP in T.",
     (Field("wrench", _FORCE_CONTROLLED, _FORCE_UNITS, "T"),),
+    per_foot=True,
 )
 CONTACT = Signal(
     "contact",
@@ -220,16 +232,19 @@ COM_DYNAMICS_RATE = Signal(
     "com_dynamics_rate",
     "Delta w_dot_a,f (eq. 20).",
     (Field("rate", ("sin_gamma_x", "sin_gamma_y", "z"), ("1/s", "1/s", "m/s"), "T"),),
+    per_foot=True,
 )
 TASK_MODIFICATION = Signal(
     "task_modification",
     "Delta w of one foot's force-controlled directions.",
     (Field("delta_w", ("sin_gamma_x", "sin_gamma_y", "z"), ("-", "-", "m"), "T"),),
+    per_foot=True,
 )
 TASK_COMMAND = Signal(
     "task_command",
     "w_mod and its rate of one foot (eq. 10, 11).",
     (Field("w", _FOOT, _FOOT_UNITS, "T"), Field("w_dot", _FOOT, _FOOT_RATES, "T")),
+    per_foot=True,
 )
 JOINT_COMMAND = Signal(
     "joint_command",
@@ -240,17 +255,20 @@ JOINT_ANGLES = Signal(
     "joint_angles",
     "The commanded joint angles.",
     (Field("q", JOINTS, "rad"),),
+    logged=False,
 )
 JOINT_TORQUE = Signal("joint_torque", "At the joints.", (Field("torque", JOINTS, "Nm"),))
 JOINT_DESIRED_STATE = Signal(
     "joint_desired_state",
     "What the servos follow.",
     (Field("q", JOINTS, "rad"), Field("q_dot", JOINTS, "rad/s")),
+    logged=False,
 )
 JOINT_FEEDFORWARD = Signal(
     "joint_feedforward",
     "What the servos add to their own torque.",
     (Field("torque", JOINTS, "Nm"),),
+    logged=False,
 )
 
 SIGNALS = {signal.name: signal for signal in list(vars().values()) if isinstance(signal, Signal)}

@@ -54,3 +54,8 @@ class Foot(Ticking):
 
     def modification(self):
         return self.output("task_modification")
+
+
+def foot_angles(rotation: np.ndarray) -> tuple[float, float, float]:
+    """Return sin gamma_x, sin gamma_y and gamma_z of a foot by its orientation R_TF."""
+    return rotation[2, 1], -rotation[2, 0], np.arctan2(rotation[1, 0], rotation[0, 0])

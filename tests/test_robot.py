@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 from mirror import MIRRORED_JOINTS, mirror_signs
+from one_foot import foot_angles
 from pydrake.multibody.plant import MultibodyPlant
-from scipy.spatial.transform import Rotation
 
 from lola_drake.paths import models_dir
 from lola_drake.robot import (
@@ -12,8 +12,6 @@ from lola_drake.robot import (
     PADS,
     Kinematics,
     add_lola,
-    foot_angle_rates,
-    foot_angles,
     foot_sensor_geometry,
     posture,
     solve_posture,
@@ -177,41 +175,6 @@ def test_jacobian_is_the_derivative_of_w(kinematics, q):
     assert kinematics.jacobian == pytest.approx(np.array(differences).T, abs=1e-6)
 
 
-@pytest.mark.parametrize("turn", [0.0, 0.7, -2.0])
-def test_angles_of_a_level_foot_are_its_yaw(turn):
-    rotation = Rotation.from_rotvec([0, 0, turn]).as_matrix()
-    assert foot_angles(rotation) == pytest.approx((0.0, 0.0, turn))
-
-
-def test_tilted_foot_has_the_sines_of_its_angles():
-    assert foot_angles(Rotation.from_rotvec([0.1, 0, 0]).as_matrix()) == pytest.approx(
-        (np.sin(0.1), 0.0, 0.0)
-    )
-    assert foot_angles(Rotation.from_rotvec([0, 0.1, 0]).as_matrix()) == pytest.approx(
-        (0.0, np.sin(0.1), 0.0)
-    )
-
-
-@pytest.mark.parametrize("axis", range(3))
-@pytest.mark.parametrize("start", [[0, 0, 0], [0.2, -0.1, 0.3], [-0.1, 0.3, -1.0]])
-def test_foot_angle_rates_are_the_derivatives_of_the_angles(start, axis):
-    rotation = Rotation.from_rotvec(start)
-    omega = np.eye(3)[axis]
-
-    def angles(time):
-        return np.array(foot_angles((Rotation.from_rotvec(time * omega) * rotation).as_matrix()))
-
-    expected = (angles(H) - angles(-H)) / (2 * H)
-    assert foot_angle_rates(rotation.as_matrix()) @ omega == pytest.approx(expected, abs=1e-8)
-
-
-def test_angles_take_a_whole_pose_too():
-    rotation = Rotation.from_rotvec([0.2, -0.1, 0.3]).as_matrix()
-    pose = np.column_stack([rotation, [1.0, 2.0, 3.0]])
-    assert foot_angles(pose) == foot_angles(rotation)
-    assert np.array_equal(foot_angle_rates(pose), foot_angle_rates(rotation))
-
-
 @pytest.mark.parametrize(("hip", "knee"), [(0.0, 0.0), (0.4, 0.8), (0.3, 0.9)])
 def test_posture_has_level_feet_side_by_side(kinematics, hip, knee):
     left, right = np.split(w_at(kinematics, posture(hip, knee)), 2)
@@ -269,13 +232,14 @@ def test_mirrored_posture_has_mirrored_feet(kinematics, plant, q):
 
 
 @POSTURES
-def test_w_is_relative_to_the_com(kinematics, q):
+def test_w_is_the_tcp_relative_to_the_com_and_the_foots_angles(kinematics, q):
     left, right = np.split(w_at(kinematics, q), 2)
     com, _ = kinematics.centroidal_inertia(q)
     context = kinematics.context
     for foot, w in zip(FEET, (left, right), strict=True):
         tcp = kinematics.plant.GetFrameByName(f"tcp_{foot}").CalcPoseInWorld(context)
         assert w[:3] == pytest.approx(tcp.translation() - com, abs=1e-12)
+        assert w[3:] == pytest.approx(foot_angles(tcp.rotation().matrix()), abs=1e-12)
 
 
 @POSTURES

@@ -6,9 +6,6 @@ from pathlib import Path
 
 from lola_drake.signals import Signal
 
-KINDS = ("command", "sensor", "planning", "control", "actuation", "plant", "logging")
-"""What a block is for, roughly in the order in which a signal meets them."""
-
 
 @dataclass(frozen=True)
 class Port:
@@ -49,7 +46,7 @@ class Block:
     Attributes:
         name: Unique inside its diagram.
         type: Name of its class.
-        kind: One of `KINDS`.
+        kind: Command, sensor, planning, control, actuation, plant or logging.
         doc: One line.
         equations: Numbers of the paper's equations that its source file speaks of.
         module: Where its class is defined.

@@ -9,14 +9,13 @@ from collections.abc import Callable, Iterator
 
 import numpy as np
 from pydrake.geometry import Meshcat
-from pydrake.multibody.math import SpatialForce
-from pydrake.multibody.plant import ExternallyAppliedSpatialForce
 
 from lola_drake.blocks.walking_pattern import unpack_request
 from lola_drake.errors import OutputError
 from lola_drake.figures.footprints import to_world
 from lola_drake.pad_forces import pad_forces
 from lola_drake.plant import pad_joints, plant_truth
+from lola_drake.pushes import applied_force
 from lola_drake.results import Result
 from lola_drake.run import Run
 from lola_drake.scenario import DESCRIPTION, Scenario
@@ -245,10 +244,8 @@ def push(run: Run, impulse: np.ndarray) -> None:
     torso = plant.GetBodyByName("torso")
     forward = plant.EvalBodyPoseInWorld(context, torso).rotation().matrix()[:2, 0]
     left = np.array([-forward[1], forward[0]])
-    force = ExternallyAppliedSpatialForce()
-    force.body_index, force.p_BoBq_B = torso.index(), [0.0, 0.0, PUSH_HEIGHT]
     x, y = (impulse[0] * forward + impulse[1] * left) / PUSH_TIME
-    force.F_Bq_W = SpatialForce([0.0, 0.0, 0.0], [x, y, 0.0])
+    force = applied_force(torso.index(), (0.0, 0.0, PUSH_HEIGHT), np.array([x, y, 0.0]))
     port = plant.get_applied_spatial_force_input_port()
     port.FixValue(context, [force] if np.any(impulse) else [])
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from one_foot import SENSOR, Foot
+from one_foot import SENSOR, Foot, foot_angles
 from pydrake.math import RollPitchYaw
 
 from lola_drake.blocks.foot_force_control import (
@@ -17,7 +17,6 @@ from lola_drake.blocks.foot_force_control import (
     seeking_rate,
     wrench_at_tcp,
 )
-from lola_drake.robot import foot_angles
 from lola_drake.signals import GAIT_PHASE, PERIOD, TASK_REFERENCE
 
 WEIGHTLESS = FootSensor((0.0, 0.0, 0.0), 0.0, (0.0, 0.0, 0.0))

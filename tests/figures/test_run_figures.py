@@ -5,7 +5,7 @@ import xml.etree.ElementTree as ElementTree
 import numpy as np
 import pytest
 
-from lola_drake.figures.comparison import COMPARISONS, labels
+from lola_drake.figures.comparison import labels
 from lola_drake.figures.footprints import (
     planned_footsteps,
     pressure_point,
@@ -123,6 +123,3 @@ def test_runs_in_one_figure_are_called_by_what_tells_them_apart(make_result):
     assert labels([ref, dyn]) == ["ref", "dyn"]
     assert labels([dyn, other]) == ["unnamed dyn seed 0", "unnamed dyn seed 1"]
     assert labels([dyn, dyn]) == ["unnamed dyn seed 0 (1)", "unnamed dyn seed 0 (2)"]
-    with look():
-        figure = COMPARISONS["inclinations"]([ref, dyn])
-    assert [text.get_text() for text in figure.axes[0].get_legend().get_texts()] == ["ref", "dyn"]
