@@ -12,6 +12,7 @@ from functools import cached_property
 from itertools import islice
 from math import radians
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -169,7 +170,7 @@ class Control:
     def __post_init__(self):
         validate(self)
 
-    def of_law(self) -> object:
+    def of_law(self) -> Any:
         """Return the parameters of the force law: the section that its block takes."""
         kind = FORCE_LAWS[self.law].Params
         return next(section for section in vars(self).values() if type(section) is kind)
