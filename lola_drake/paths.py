@@ -29,3 +29,8 @@ def list_scenarios() -> dict[str, str]:
         name: typed_yaml.parse(path.read_text(encoding="utf-8"))["description"]
         for name, path in scenario_paths().items()
     }
+
+
+def arena_records() -> list[Path]:
+    """Return the evaluations of laws that come with the package."""
+    return sorted((models_dir() / "arena").glob("*.json"))

@@ -12,7 +12,17 @@ from typing import Annotated, Any
 import typer
 from typer.core import TyperGroup
 
-from lola_drake.cli import benchmarks, keys, linear, pictures, simulate, studies, study, sweep
+from lola_drake.cli import (
+    benchmarks,
+    evaluate,
+    keys,
+    linear,
+    pictures,
+    simulate,
+    studies,
+    study,
+    sweep,
+)
 from lola_drake.cli.common import fail
 from lola_drake.cli.terminal import any_terminal
 
@@ -45,7 +55,7 @@ app = typer.Typer(
     no_args_is_help=True,
     pretty_exceptions_enable=False,
 )
-for theme in (simulate, keys, pictures, studies, sweep, benchmarks, linear):
+for theme in (simulate, keys, pictures, studies, sweep, evaluate, benchmarks, linear):
     app.add_typer(theme.app)
 app.add_typer(study.app, name="study")
 

@@ -3,22 +3,21 @@
 import base64
 import re
 from collections.abc import Sequence
-from functools import cache
 from html import escape
-from importlib.metadata import distribution
-from importlib.resources import files
-from pathlib import Path
 
 from lola_drake.diagram.block_diagram import block_diagram
 from lola_drake.diagram.drawing import to_svg
 from lola_drake.figures.comparison import labels
+from lola_drake.reports.assets import packed_plotly, page_asset
 from lola_drake.reports.payload import payload
 from lola_drake.results import Result
 from lola_drake.scenario import Scenario, differences
 from lola_drake.typed_yaml import leaves, plain
 from lola_drake.view3d.markers import LEGEND, PUSH_LEGEND
-from lola_drake.view3d.replay import asset, packed
+from lola_drake.view3d.replay import asset
 from lola_drake.world import build_simulation
+
+SCRIPTS = ("data.js", "plots.js", "report.js")
 
 HEADLINES = {
     "largest inclination φ_x": ("max_inclination_deg.x", "°"),
@@ -43,7 +42,7 @@ def report_page(results: Sequence[Result], replay: str, names: Sequence[str] = (
     title = " and ".join(dict.fromkeys(result.scenario.name for result in results))
     packed_curves = payload(results, names)
     parts = {
-        "STYLE": _asset("report.css"),
+        "STYLE": page_asset("report.css"),
         "TITLE": escape(f"{title}: {', '.join(names)}"),
         "HEADER": _header(results, names),
         "TILES": _tiles(results),
@@ -51,25 +50,14 @@ def report_page(results: Sequence[Result], replay: str, names: Sequence[str] = (
         "METRICS": _metrics_table(results, names),
         "SETTINGS": _settings_table(results, names),
         "DIAGRAM": _diagram(first),
-        "SCRIPT": asset("unpack.js") + "".join(map(_asset, ("data.js", "plots.js", "report.js"))),
+        "SCRIPT": asset("unpack.js") + "".join(map(page_asset, SCRIPTS)),
         "SHAPE": packed_curves["shape"],
         "NUMBERS": packed_curves["numbers"],
-        "PLOTLY": _plotly(),
+        "PLOTLY": packed_plotly(),
         "SCENE": replay,
     }
     # All at once, so that no part is looked for in another one.
-    return re.sub("|".join(parts), lambda match: parts[match[0]], _asset("report.html"))
-
-
-def _asset(name: str) -> str:
-    return files("lola_drake.reports").joinpath("page", name).read_text(encoding="utf-8")
-
-
-@cache
-def _plotly() -> str:
-    """Return Plotly's JavaScript, packed; the package itself is not imported, that takes long."""
-    script = distribution("plotly").locate_file("plotly/package_data/plotly.min.js")
-    return packed(Path(str(script)).read_bytes())
+    return re.sub("|".join(parts), lambda match: parts[match[0]], page_asset("report.html"))
 
 
 def _header(results: Sequence[Result], names: list[str]) -> str:

@@ -1,0 +1,60 @@
+"""The command of `lola` that puts a law of the feet's forces through the arena."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from lola_drake.cli.common import Json, drawn, errors_in_one_line
+from lola_drake.cli.studying import Folder, Jobs, conclude, studying
+
+app = typer.Typer()
+
+
+@app.command()
+def evaluate(
+    law: Annotated[str, typer.Argument(help="One of control.law, or FILE.py:CLASS.")],
+    quick: Annotated[bool, typer.Option("--quick", help="A part of it, in two minutes.")] = False,
+    worlds: Annotated[
+        int | None, typer.Option(min=1, help="At every size of a trial: 10, or 4 if quick.")
+    ] = None,
+    against: Annotated[
+        list[Path] | None,
+        typer.Option(help="evaluation.json of another law; may be repeated. Else those kept."),
+    ] = None,
+    output: Folder = None,
+    jobs: Jobs = 2,
+    as_json: Json = False,
+) -> None:
+    """Find up to which size of edges, boards, slopes, pushes a force law stays up.
+
+    Without and with the CoM dynamics, beside the other laws. An evaluation that was stopped goes on
+    where it was when it is started again.
+    """
+    from lola_drake.atomic_file import whole_file
+    from lola_drake.paths import arena_records
+    from lola_drake.reports.evaluation_page import evaluation_page
+    from lola_drake.studies.arena import QUICK, TRIALS
+    from lola_drake.studies.evaluation import VARIANTS, law_settings
+    from lola_drake.studies.evaluation import evaluate as found
+    from lola_drake.studies.ranking import evaluation_table, load_evaluation, with_others
+
+    with errors_in_one_line():
+        law_settings(law)
+        others = [load_evaluation(file) for file in (against or arena_records())]
+    trials, count = (QUICK, worlds or 4) if quick else (TRIALS, worlds or 10)
+    name = law.rpartition(":")[2]
+    folder = output or Path("runs") / f"evaluate_{name}"
+    total = count * len(VARIANTS) * sum(len(trial.sizes) for trial in trials)
+    with studying(folder, jobs, name, total) as (study, advance):
+        content = found(law, study, count, advance, trials)
+    evaluations = with_others(content, others)
+    with errors_in_one_line(), drawn(folder), whole_file(folder / "evaluation.html") as page:
+        page.write_text(evaluation_page(evaluations), encoding="utf-8")
+    conclude(
+        folder,
+        "evaluation",
+        lambda: content,
+        lambda _: evaluation_table(evaluations),
+        as_json=as_json,
+    )

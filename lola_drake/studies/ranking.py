@@ -1,0 +1,129 @@
+"""Laws in the arena beside each other, as rows of text: what table and page have in common.
+
+What was kept of a law stands beside a new one wherever both took part in a trial.
+"""
+
+import json
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+
+from rich.table import Table
+
+from lola_drake.atomic_file import reason
+from lola_drake.errors import ResultError
+
+LABELS = {
+    "inclination_deg": "largest inclination (deg)",
+    "torque_error_Nm": "RMS torque error (Nm)",
+    "foot_force_N": "largest force on a foot (N)",
+    "drive_work_J": "work of the drives (J)",
+}
+"""What is measured at every point, and its axis."""
+
+MARGIN_COLUMNS = ("disk", "phase (deg)", "delay (ms)")
+
+
+def contenders(evaluations: Sequence[Mapping]) -> Iterator[tuple[str, str, str]]:
+    """Yield name, law and variant of every contender."""
+    for evaluation in evaluations:
+        for variant in evaluation["margins"]:
+            yield f"{evaluation['law']}, {variant}", evaluation["law"], variant
+
+
+def load_evaluation(file: str | Path) -> Mapping:
+    """Return what `evaluate` has written.
+
+    Raises:
+        ResultError: If the file cannot be read, or is something else.
+    """
+    try:
+        content = json.loads(Path(file).read_text(encoding="utf-8"))
+        list(half_rows([content]))
+        margin_rows([content])
+    except OSError as error:
+        raise ResultError(f"{file}: cannot be read, {reason(error)}") from None
+    except (ValueError, KeyError, TypeError, AttributeError, IndexError):
+        raise ResultError(f"{file}: not an evaluation.json of lola evaluate") from None
+    return content
+
+
+def with_others(evaluation: Mapping, others: Sequence[Mapping]) -> list[Mapping]:
+    """Return an evaluation and those of other laws."""
+    return [evaluation, *(other for other in others if other["law"] != evaluation["law"])]
+
+
+def evaluation_table(evaluations: Sequence[Mapping]) -> Table:
+    """Return evaluations as a table; the first one is what it is about.
+
+    A row for every trial: the size at which half of the worlds fall.
+    """
+    first = evaluations[0]
+    table = Table(title=f"half of the worlds fall at ({first['worlds']} worlds at each size)")
+    table.add_column("")
+    for name, _, _ in contenders(evaluations):
+        table.add_column(name, justify="right")
+    for title, unit, texts, _ in half_rows(evaluations):
+        table.add_row(f"{title} ({unit})", *texts)
+    table.add_section()
+    for loop in next(iter(first["margins"].values())):
+        texts = [
+            _margins(loops[loop])[0]
+            for evaluation in evaluations
+            for loops in evaluation["margins"].values()
+        ]
+        table.add_row(f"{loop}, disk margin", *texts)
+    return table
+
+
+def half_rows(
+    evaluations: Sequence[Mapping],
+) -> Iterator[tuple[str, str, list[str], list[float | None]]]:
+    """Yield of every trial its title, its unit, and of every contender where half fall.
+
+    As text, and as a number by which contenders can be ranked; None where it did not take part.
+    """
+    for title, trial in evaluations[0]["trials"].items():
+        texts, numbers = [], []
+        for evaluation in evaluations:
+            for variant in evaluation["margins"]:
+                text, number = "", None
+                if title in evaluation["trials"]:
+                    text, number = _half(evaluation["trials"][title], variant)
+                texts.append(text)
+                numbers.append(number)
+        yield title, trial["unit"], texts, numbers
+
+
+def _half(trial: Mapping, variant: str) -> tuple[str, float]:
+    size, curve = trial["half"][variant], trial["curves"][variant]
+    if size is None:
+        return f"> {curve[-1]['size']:g}", curve[-1]["size"] + 1e-3 * curve[-1]["share"]
+    if size == curve[0]["size"]:
+        return f"< {size:g}", size
+    return f"{size:.3g}", size
+
+
+def best(numbers: Sequence[float | None]) -> set[int]:
+    """Return which contenders come farthest in a trial; nobody where all come equally far."""
+    there = [number for number in numbers if number is not None]
+    if not there or min(there) == max(there):
+        return set()
+    return {i for i, number in enumerate(numbers) if number == max(there)}
+
+
+def margin_rows(evaluations: Sequence[Mapping]) -> list[list[str]]:
+    """Return a row for every loop of every contender."""
+    return [
+        [f"{evaluation['law']}, {variant}: {loop}", *_margins(margins)]
+        for evaluation in evaluations
+        for variant, loops in evaluation["margins"].items()
+        for loop, margins in loops.items()
+    ]
+
+
+def _margins(margins: Mapping) -> list[str]:
+    if not margins["stable"]:
+        return ["unstable", "", ""]
+    disk, phase, delay = (margins[key] for key in ("disk", "phase_deg", "delay_s"))
+    texts = ((disk, "{:.2f}", 1), (phase, "{:.0f}", 1), (delay, "{:.1f}", 1e3))
+    return ["any" if v is None else form.format(scale * v) for v, form, scale in texts]
