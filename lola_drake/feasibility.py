@@ -5,10 +5,10 @@ Every check raises a ParameterError with the key as it stands in a scenario.
 
 from collections.abc import Sequence
 from math import radians
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from lola_drake.ground import Ground
 from lola_drake.obstacles import Footprint
 from lola_drake.parameters import ParameterError
 from lola_drake.signals import FEET
@@ -24,10 +24,7 @@ from lola_drake.theory.footholds import (
     sole,
     with_closing_steps,
 )
-
-if TYPE_CHECKING:
-    from lola_drake.ground import Ground
-    from lola_drake.scenario import StartPose, StepGroup, TimedCommand
+from lola_drake.walk import StartPose, StepGroup, TimedCommand
 
 BARELY = 1 + 1e-9
 """What is at its limit but for rounding is allowed."""
@@ -35,7 +32,7 @@ BARELY = 1 + 1e-9
 TOGETHER = "such that (length/0.55)^2 + (sideways/0.3)^2 + (turn_deg/45)^2 <= 1"
 
 
-def footprints(start: "StartPose", steps: np.ndarray, width: float) -> list[Footprint]:
+def footprints(start: StartPose, steps: np.ndarray, width: float) -> list[Footprint]:
     """Return where the foot of each planned step is to stand, one after the other.
 
     Args:
@@ -54,7 +51,7 @@ def footprints(start: "StartPose", steps: np.ndarray, width: float) -> list[Foot
     return found
 
 
-def check_start(start: "StartPose", width: float, ground: "Ground") -> None:
+def check_start(start: StartPose, width: float, ground: Ground) -> None:
     """Refuse a start at which both feet, and what is between them, are not level."""
     path = np.array([start.x, start.y, radians(start.heading_deg)])
     heights: set[float | None] = {ground.height_at(start.x, start.y)}
@@ -73,7 +70,7 @@ def check_start(start: "StartPose", width: float, ground: "Ground") -> None:
         raise ParameterError("start", place, "where both soles lie level, on no board's edge")
 
 
-def check_steps(groups: "Sequence[StepGroup]") -> None:
+def check_steps(groups: Sequence[StepGroup]) -> None:
     """Refuse planned steps that go too far in several ways at once."""
     for i, group in enumerate(groups):
         step = np.array([group.length, group.sideways, radians(group.turn_deg)])
@@ -82,7 +79,7 @@ def check_steps(groups: "Sequence[StepGroup]") -> None:
             raise ParameterError(f"walk.steps[{i}]", value, TOGETHER)
 
 
-def check_command(commands: "Sequence[TimedCommand]", step_time: float) -> None:
+def check_command(commands: Sequence[TimedCommand], step_time: float) -> None:
     """Refuse a command that would need longer, wider or sharper steps than there are."""
     for i, command in enumerate(commands):
         asked = np.array([command.v_x, command.v_y, command.turn_rate])

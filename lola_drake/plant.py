@@ -22,9 +22,11 @@ from pydrake.multibody.plant import (
 from pydrake.multibody.tree import JointIndex
 from pydrake.systems.framework import DiagramBuilder
 
+from lola_drake.ground import Ground
+from lola_drake.obstacles import Obstacle
 from lola_drake.robot import PADS, add_lola
-from lola_drake.scenario import Ground, Obstacle, StartPose
 from lola_drake.signals import FEET, PERIOD, of_foot
+from lola_drake.walk import StartPose
 
 # Drake warns that half spaces do not support deformable bodies; there are none.
 logging.getLogger("drake").addFilter(lambda record: "deformable" not in record.getMessage())

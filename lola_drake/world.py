@@ -36,7 +36,7 @@ from lola_drake.logged import LOGGED
 from lola_drake.plant import add_plant, pad_joints, set_start, sole_joints
 from lola_drake.pushes import connect_pushes
 from lola_drake.robot import Kinematics
-from lola_drake.scenario import Scenario, ScenarioError, Walk, as_scenario
+from lola_drake.scenario import Scenario, ScenarioError, as_scenario
 from lola_drake.servos import DRIVE_FEEDBACK, DampingServos, ImplicitServos
 from lola_drake.signals import (
     JOINT_DESIRED_STATE,
@@ -45,6 +45,7 @@ from lola_drake.signals import (
 )
 from lola_drake.swap import Replacement, load_laws, swapped
 from lola_drake.theory.constants import GRAVITY
+from lola_drake.walk import Walk
 
 if TYPE_CHECKING:
     from lola_drake.mujoco_plant import MujocoPlant, MujocoServos

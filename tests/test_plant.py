@@ -8,6 +8,8 @@ from pydrake.multibody.tree import JointIndex
 from pydrake.systems.framework import DiagramBuilder
 from scipy.spatial.transform import Rotation
 
+from lola_drake.ground import Ground
+from lola_drake.obstacles import Obstacle
 from lola_drake.paths import models_dir
 from lola_drake.plant import (
     FALLEN,
@@ -22,8 +24,8 @@ from lola_drake.plant import (
     set_start,
 )
 from lola_drake.robot import PADS, add_lola, posture
-from lola_drake.scenario import Ground, Obstacle, StartPose
 from lola_drake.signals import FEET, JOINTS, PERIOD
+from lola_drake.walk import StartPose
 
 STIFFNESS = 2e5
 THIN = Obstacle(name="thin", size=(2.0, 2.0), height=0.02)

@@ -14,14 +14,12 @@ from lola_drake.scenario import (
     Obstacle,
     Scenario,
     ScenarioError,
-    StepGroup,
-    TimedCommand,
-    Walk,
     differences,
     dump_scenario,
     load_scenario,
     override,
 )
+from lola_drake.walk import StepGroup, TimedCommand, Walk
 
 
 def write(folder, text):

@@ -88,6 +88,20 @@ def limited_command(command, sent, speed_limit, torque_limit):
     return limited
 
 
+def newest_command(command, under_way, arrived, speed_limit, torque_limit):
+    """Return the joint command within its limits, after what was sent before it, shape (72,).
+
+    Args:
+        command: as for `limited_command`.
+        under_way: commands on the bus, the newest first; none without a delay.
+        arrived: q and q' of the last command that has left the bus, shape (48,).
+        speed_limit: as for `limited_command`.
+        torque_limit: as for `limited_command`.
+    """
+    sent = under_way if len(under_way) else arrived
+    return limited_command(command, sent, speed_limit, torque_limit)
+
+
 def missed_times(cycles: MissedCycles) -> tuple[float, float]:
     """Return between which times the first and the last missed cycle lie (s)."""
     first = round(cycles.time / PERIOD) - 0.5
@@ -144,8 +158,9 @@ class JointServos(Block):
         commands_under_way, joint_desired_state, joint_command, speed_limit, torque_limit
     ):
         """Put the newest command on the bus."""
-        sent = commands_under_way if len(commands_under_way) else joint_desired_state
-        command = limited_command(joint_command, sent, speed_limit, torque_limit)
+        command = newest_command(
+            joint_command, commands_under_way, joint_desired_state, speed_limit, torque_limit
+        )
         return delayed(commands_under_way, command)
 
     @law
@@ -161,8 +176,9 @@ class JointServos(Block):
         """Return q and q' of the command that arrives, or that was there."""
         if is_missed(time, gaps):
             return joint_desired_state
-        sent = commands_under_way if len(commands_under_way) else joint_desired_state
-        command = limited_command(joint_command, sent, speed_limit, torque_limit)
+        command = newest_command(
+            joint_command, commands_under_way, joint_desired_state, speed_limit, torque_limit
+        )
         return arriving(commands_under_way, command)[: 2 * len(speed_limit)]
 
     @law
@@ -179,6 +195,7 @@ class JointServos(Block):
         """Return the torque of the command that arrives, or that was there."""
         if is_missed(time, gaps):
             return joint_feedforward
-        sent = commands_under_way if len(commands_under_way) else joint_desired_state
-        command = limited_command(joint_command, sent, speed_limit, torque_limit)
+        command = newest_command(
+            joint_command, commands_under_way, joint_desired_state, speed_limit, torque_limit
+        )
         return arriving(commands_under_way, command)[2 * len(speed_limit) :]
