@@ -43,8 +43,8 @@ Blocks = Annotated[
 Host = Annotated[
     str,
     typer.Option(
-        help="Where a browser may be: private (on this machine, at an address that no other page "
-        "knows), localhost, or * to let everybody watch and steer who reaches this machine."
+        help="Where the page is: localhost, another address of this machine, or * for all of them. "
+        "Whoever has the link, and the browser can reach it, may watch and steer."
     ),
 ]
 

@@ -36,17 +36,17 @@ def live_view(
     """
     from lola_drake.errors import OutputError
     from lola_drake.view3d.diagram_view import live_diagram
+    from lola_drake.view3d.door import Door
     from lola_drake.view3d.live import LiveView
     from lola_drake.view3d.live_page import LivePage
-    from lola_drake.view3d.scene import address, open_meshcat
+    from lola_drake.view3d.scene import open_meshcat
 
     if scenario.plant != "drake":
         raise OutputError(
             f"plant: {scenario.plant!r} cannot be watched while it runs, only 'drake'"
         )
-    where = address(host)
-    meshcat = open_meshcat(host=where, live=True)
-    page = LivePage(where, scenario.name, meshcat.port(), live_diagram(scenario))
+    meshcat = open_meshcat(hidden=True)
+    page = LivePage(host, scenario.name, Door(host, meshcat.web_url()), live_diagram(scenario))
     typer.echo(f"waiting for a browser at {page.url}{'#diagram' if diagram else ''}", err=True)
     return LiveView(scenario, meshcat, page, lambda result: _keep(result, folder))
 
@@ -152,7 +152,7 @@ def walk(
         str, typer.Argument(help="Where to walk: a scenario without steps of its own.")
     ] = "stand",
     changes: Changes = None,
-    host: Host = "private",
+    host: Host = "localhost",
     output: Annotated[
         Path, typer.Option("--output", "-o", help="Folder for what you keep on the way.")
     ] = Path("runs/walk"),

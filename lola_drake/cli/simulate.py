@@ -63,7 +63,7 @@ def simulate(
         bool,
         typer.Option("--diagram", help="The same, beginning with values in the block diagram."),
     ] = False,
-    host: Host = "private",
+    host: Host = "localhost",
     as_json: Json = False,
     quiet: Annotated[bool, typer.Option("--quiet", help="Show no progress, no table.")] = False,
 ) -> None:

@@ -4,16 +4,14 @@ import json
 import threading
 from collections.abc import Generator
 from html import escape
-from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from http.server import BaseHTTPRequestHandler
 from importlib.resources import files
+from urllib.parse import urlsplit
 
-from lola_drake.errors import OutputError, shown
+from lola_drake.view3d.door import REFUSED, Door, knows, named, served
 
 QUIET = 5.0
 """After this (s) without news a page is asked whether it is still there."""
-
-EVERYWHERE = "*"
-"""The host that means every address of this machine."""
 
 
 class LivePage:
@@ -23,21 +21,23 @@ class LivePage:
 
     Attributes:
         url: where the page is.
+        token: the secret part of it.
     """
 
-    def __init__(self, host: str, title: str, scene_port: int, diagram: str = ""):
+    def __init__(self, host: str, title: str, door: Door, diagram: str = ""):
         """Begin to serve.
 
         Args:
-            host: an address of this machine, the one at which Meshcat is.
+            host: an address of this machine, the one at which the door is.
             title: of the page.
-            scene_port: at which Meshcat is.
+            door: to Meshcat's scene; this page has the same token.
             diagram: SVG in which ports say their signals.
 
         Raises:
             OutputError: if the address cannot be used.
         """
-        parts = {"TITLE": escape(title), "PORT": str(scene_port), "DIAGRAM": diagram}
+        scene = f"{door.port}/?token={door.token}"
+        parts = {"TITLE": escape(title), "SCENE": scene, "DIAGRAM": diagram}
         parts |= {"STYLE": _asset("live.css"), "SCRIPT": _asset("live.js")}
         page = _asset("live.html")
         for name, text in parts.items():
@@ -45,15 +45,10 @@ class LivePage:
         self._page, self._news = page.encode(), threading.Condition()
         self._told: dict[str, tuple[int, str]] = {}
         self._count = self._watching = 0
-        try:
-            handler = type("Handler", (_Handler,), {"page": self})
-            self._server = ThreadingHTTPServer(("" if host == EVERYWHERE else host, 0), handler)
-        except OSError:
-            raise OutputError(f"no page can be shown at {shown(host)}") from None
-        self._server.daemon_threads = True
-        threading.Thread(target=self._server.serve_forever, daemon=True).start()
-        named = "localhost" if host == EVERYWHERE else host
-        self.url = f"http://{named}:{self._server.server_port}/"
+        self.token = door.token
+        handler = type("Handler", (_Handler,), {"page": self})
+        self._server = served(host, range(1), handler)
+        self.url = f"http://{named(host)}:{self._server.server_port}/?token={self.token}"
 
     @property
     def content(self) -> bytes:
@@ -102,10 +97,13 @@ class _Handler(BaseHTTPRequestHandler):
 
     def do_GET(self) -> None:  # noqa: N802 (the library's name)
         """Answer what a browser asks for."""
-        if self.path == "/":
+        path = urlsplit(self.path).path
+        if path in ("/", "/events") and not knows(self.page.token, self.path):
+            self.send_error(403, explain=REFUSED)
+        elif path == "/":
             self._head("text/html; charset=utf-8")
             self.wfile.write(self.page.content)
-        elif self.path == "/events":
+        elif path == "/events":
             self._head("text/event-stream")
             news = self.page.news()
             try:

@@ -19,7 +19,6 @@ from pydrake.math import RigidTransform, RollPitchYaw
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.systems.framework import DiagramBuilder
 
-from lola_drake.errors import OutputError, shown
 from lola_drake.plant import add_plant
 from lola_drake.scenario import Ground
 
@@ -38,36 +37,21 @@ CAMERA, TARGET = (1.05, -1.35, 1.25), (0.0, 0.0, 1.02)
 """Where the camera stands and what it looks at, with the robot at x = y = 0 (m)."""
 
 
-PRIVATE = "private"
-"""The host of a page that nobody can find who is not told its address."""
-
-
-def address(host: str) -> str:
-    """Return the address of a host; a private one is drawn among the 16 million of this machine.
-
-    Meshcat takes orders from any page that finds it, also of a stranger's that is open in the same
-    browser. Only Linux has these addresses.
-    """
-    if host != PRIVATE:
-        return host
+def hidden_address() -> str:
+    """Return an address drawn among the 16 million of this machine, which only Linux has."""
     if sys.platform != "linux":
         return "localhost"
     return "127." + ".".join(str(1 + secrets.randbelow(254)) for _ in range(3))
 
 
-def open_meshcat(*, host: str = "localhost", live: bool = False) -> Meshcat:
-    """Return a Meshcat server with a floor; one that is not live is for making a page.
+def open_meshcat(*, hidden: bool = False) -> Meshcat:
+    """Return a Meshcat server with a floor, at any free port of this machine.
 
-    Nobody outside this machine can reach it unless `host` says so.
+    Args:
+        hidden: whether nobody shall find it, since there is a `Door` to it.
     """
-    # A page needs no well-known port: 0 lets the system choose a free one.
-    params = MeshcatParams(host=address(host), port=None if live else 0, show_stats_plot=False)
-    try:
-        meshcat = Meshcat(params)
-    except RuntimeError:
-        raise OutputError(
-            f"no page can be shown at {shown(host)}: no such address or port"
-        ) from None
+    host = hidden_address() if hidden else "localhost"
+    meshcat = Meshcat(MeshcatParams(host=host, port=0, show_stats_plot=False))
     meshcat.SetProperty("/Background/<object>", "top_color", [0.97, 0.98, 0.99])
     meshcat.SetProperty("/Background/<object>", "bottom_color", [0.84, 0.86, 0.88])
     meshcat.SetProperty("/Axes", "visible", False)

@@ -16,6 +16,7 @@ from lola_drake.scenario import load_scenario
 from lola_drake.simulation import simulate, start
 from lola_drake.view3d.controls import KEEP, REPLAY, Controls
 from lola_drake.view3d.diagram_view import live_diagram
+from lola_drake.view3d.door import Door
 from lola_drake.view3d.frames import frames_of
 from lola_drake.view3d.live import LiveView, pad_forces_now, signals_now
 from lola_drake.view3d.live_page import LivePage
@@ -30,12 +31,19 @@ def stand():
 
 @pytest.fixture(scope="module")
 def meshcat():
-    return open_meshcat(live=True)
+    return open_meshcat(hidden=True)
+
+
+@pytest.fixture(scope="module")
+def door(meshcat):
+    door = Door("localhost", meshcat.web_url())
+    yield door
+    door.close()
 
 
 @pytest.fixture
-def page(meshcat):
-    page = LivePage("localhost", "a <test>", meshcat.port())
+def page(door):
+    page = LivePage("localhost", "a <test>", door)
     yield page
     page.close()
 
@@ -61,7 +69,7 @@ def test_who_comes_later_is_told_the_last_of_each_kind(page):
     page.tell("about", {"n": 1})
     page.tell("now", {"n": 2})
     page.tell("now", {"n": 3})
-    with urllib.request.urlopen(f"{page.url}events") as stream:
+    with urllib.request.urlopen(page.url.replace("/?", "/events?")) as stream:
         assert events(stream, 2) == [("about", {"n": 1}), ("now", {"n": 3})]
         assert page.watched
         page.tell("now", {"n": 4})
@@ -73,15 +81,16 @@ def test_there_is_one_page_and_nothing_else(page):
         assert "a &lt;test&gt;" in answer.read().decode()
         # Only the page itself may read what it is told.
         assert answer.headers["Access-Control-Allow-Origin"] is None
-    with pytest.raises(urllib.error.HTTPError, match="404"):
-        urllib.request.urlopen(f"{page.url}../etc/passwd")
+    for path, status in ("", "403"), ("events", "403"), ("../etc/passwd", "404"):
+        with pytest.raises(urllib.error.HTTPError, match=status):
+            urllib.request.urlopen(page.url.split("?")[0] + path)
     with pytest.raises(urllib.error.HTTPError, match="501"):
         urllib.request.urlopen(page.url, data=b"stop")
 
 
-def test_a_host_that_is_not_here_is_one_line():
+def test_a_host_that_is_not_here_is_one_line(door):
     with pytest.raises(OutputError, match="no page can be shown at '8.8.8.8'"):
-        LivePage("8.8.8.8", "", 7000)
+        LivePage("8.8.8.8", "", door)
 
 
 class Told:
@@ -169,8 +178,8 @@ def asked_while_it_runs(scenario, meshcat, page, url, question, **options):
 
 
 @needs_browser
-def test_a_page_shows_values_at_the_ports(stand, meshcat):
-    page = LivePage("localhost", "stand", meshcat.port(), live_diagram(stand))
+def test_a_page_shows_values_at_the_ports(stand, meshcat, door):
+    page = LivePage("localhost", "stand", door, live_diagram(stand))
     answer, complaints, _ = asked_while_it_runs(
         stand,
         meshcat,
@@ -203,13 +212,13 @@ def test_a_page_shows_values_at_the_ports(stand, meshcat):
 
 
 @needs_browser
-def test_a_slider_changes_a_gain_and_the_last_seconds_are_kept(stand, meshcat):
+def test_a_slider_changes_a_gain_and_the_last_seconds_are_kept(stand, meshcat, door):
     kept = []
     answer, complaints, view = asked_while_it_runs(
         stand,
         meshcat,
         None,
-        meshcat.web_url(),
+        door.url,
         f"""
             const control = name => viewer.gui.__controllers.find(c => c.property === name);
             await settled(() => control("g_a (-)") && control({json.dumps(KEEP)}));

@@ -148,11 +148,11 @@ function begin() {
   for (const name of ["scene", "diagram"]) byId(`${name}_button`).addEventListener("click", () => view(name));
   const frame = document.createElement("iframe");
   frame.title = "scene";
-  frame.src = `${location.protocol}//${location.hostname}:${document.body.dataset.port}/`;
+  frame.src = `${location.protocol}//${location.hostname}:${document.body.dataset.scene}`;
   frame.addEventListener("load", () => frame.focus());
   byId("scene_view").append(frame);
   view(location.hash === "#diagram" ? "diagram" : "scene");
-  const stream = new EventSource("events");
+  const stream = new EventSource(`events${location.search}`);
   stream.addEventListener("about", ({ data }) => describe(JSON.parse(data)));
   stream.addEventListener("now", ({ data }) => show(JSON.parse(data)));
   stream.addEventListener("error", () => { byId("state").textContent = "The simulation has ended."; });
