@@ -225,9 +225,9 @@ def test_a_slider_changes_a_gain_and_the_last_seconds_are_kept(stand, meshcat, d
             const before = control("g_a (-)").getValue();
             control("g_a (-)").setValue(0.3);
             control({json.dumps(REPLAY)}).getValue()();
-            await new Promise(done => setTimeout(done, 1500));
+            await new Promise(done => setTimeout(done, 4000));
             control({json.dumps(KEEP)}).getValue()();
-            await new Promise(done => setTimeout(done, 1500));
+            await new Promise(done => setTimeout(done, 4000));
             return before;
         """,
         keep=lambda result: kept.append(result) or "here",
