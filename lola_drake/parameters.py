@@ -46,11 +46,22 @@ def parameter(
 ) -> typing.Any:
     """Declare one field: its default, its meaning, its unit and the range it may have.
 
-    A list or tuple default declares an array of that length; the range then holds for
-    each entry. A number needs a bound on both sides: the one that physics gives it. A text has a
-    greatest length, and no characters that a terminal could obey. A parameter with a slider (least
-    value, greatest value, step) is a gain: it may be turned while its block runs. Its symbol is
-    that of the paper.
+    A number needs a bound on both sides: the one that physics gives it. A text has a greatest
+    length, and no characters that a terminal could obey.
+
+    Args:
+        default: A number, a text or a truth value; a list or tuple declares an array of that
+            length, and the range then holds for each entry.
+        doc: What it is, in a few words.
+        unit: Of the number.
+        minimum: The least value.
+        above: What it must be greater than, in place of `minimum`.
+        maximum: The greatest value.
+        choices: What a text may be.
+        symbol: That of the paper, for sliders.
+        slider: Least value, greatest value and step: the parameter is a gain, which may be turned
+            while its block runs.
+        longest: Greatest length of a text.
     """
     if isinstance(default, list):
         default = tuple(default)

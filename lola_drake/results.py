@@ -171,6 +171,9 @@ def run_limits(scenario: Scenario) -> Limits:
 def load_result(folder: str | Path) -> Result:
     """Return the run that `Result.save` wrote into a folder; what else lies there is left alone.
 
+    Args:
+        folder: Such as `runs/walk_flat`.
+
     Raises:
         ResultError: If there is no run in the folder, or it cannot be read.
     """

@@ -36,6 +36,9 @@ class Setting:
 def settings(prefix: str = "") -> list[Setting]:
     """Return the settings of a scenario whose keys begin with a prefix.
 
+    Args:
+        prefix: A key or the section of one, such as `control.force`; nothing for all.
+
     Raises:
         ScenarioError: If there are none.
     """

@@ -1,5 +1,6 @@
 """What README and docs tell people to type in Python runs; simulations are short here."""
 
+import inspect
 import re
 from pathlib import Path
 
@@ -50,3 +51,38 @@ def test_code_is_not_wider_than_a_page_on_github(page):
     for line in (ROOT / page).read_text(encoding="utf-8").splitlines():
         inside ^= line.lstrip().startswith("```")
         assert not inside or len(line) <= 94, line
+
+
+DOCS = sorted((ROOT / "docs").rglob("*.md"))
+TEXTS = [*DOCS, *(ROOT / name for name in ("README.md", "CONTRIBUTING.md", "CHANGELOG.md"))]
+
+
+@pytest.mark.parametrize("page", TEXTS, ids=lambda page: page.relative_to(ROOT).as_posix())
+def test_links_lead_somewhere(page):
+    text = re.sub(r"```.*?```|`[^`]*`", "", page.read_text(encoding="utf-8"), flags=re.DOTALL)
+    for link in re.findall(r"\]\(([^)#\s]+)(?:#[^)]*)?\)", text):
+        if "://" not in link:
+            assert (page.parent / link).exists(), link
+
+
+def test_every_public_name_is_in_the_reference():
+    pages = "\n".join(page.read_text(encoding="utf-8") for page in DOCS)
+    shown = set(re.findall(r"^::: (\S+)", pages, re.MULTILINE))
+    homes = {name: getattr(lola, name).__module__ for name in lola.__all__}
+    assert {name: home for name, home in homes.items() if home not in shown} == {}
+
+
+@pytest.mark.parametrize("name", lola.__all__)
+def test_every_public_name_says_what_it_takes(name):
+    thing = getattr(lola, name)
+    doc = inspect.getdoc(thing)
+    assert doc
+    if inspect.isfunction(thing):
+        for parameter in inspect.signature(thing).parameters:
+            assert re.search(rf"^ +{parameter}: \S", doc, re.MULTILINE), parameter
+
+
+def test_every_page_of_the_site_is_in_its_menu():
+    menu = (ROOT / "mkdocs.yml").read_text(encoding="utf-8")
+    for page in DOCS:
+        assert page.relative_to(ROOT / "docs").as_posix() in menu

@@ -71,6 +71,9 @@ def frequency_data(loop: control.StateSpace) -> control.FrequencyResponseData:
 
     `control.stability_margins` and `control.bode_plot` are exact on it; of a large StateSpace they
     make polynomials, which are not.
+
+    Args:
+        loop: in discrete time, as `lola.open_loop` gives it; of any number of signals.
     """
     response = frequency_response(loop, frequency_grid(loop))
     return control.FrequencyResponseData(

@@ -89,7 +89,9 @@ class LoopMargins:
     together: MatrixMargins
 
     def _repr_html_(self) -> str:
-        table = margin_table(f"{len(self.each)} signals, one at a time", self.each)
+        names = [margins.name for margins in self.each]
+        title = names[0] if len(names) == 1 else f"{len(names)} signals, one at a time"
+        table = margin_table(title, self.each)
         return f"{table.as_html()}<p>All at once: disk margin {self.together.disk:.2f}</p>"
 
 

@@ -51,6 +51,9 @@ def poles(system: control.StateSpace) -> list[Pole]:
 
     The dominating state is the one with the largest participation factor, which does not depend
     on units.
+
+    Args:
+        system: with named states, as `lola.linearize` gives it.
     """
     values, left, right = scipy.linalg.eig(system.A, left=True, right=True)
     norms = np.einsum("ij,ij->j", left.conj(), right)

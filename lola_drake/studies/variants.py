@@ -34,6 +34,11 @@ def compare(
 
     Ctrl-C ends all of them; what was recorded is returned, as `simulate` does.
 
+    Args:
+        scenario: What to run: a scenario, its name, or the path of its file.
+        variants: Of the controller, at least two; the first is what the others are compared with.
+        jobs: Number of processes.
+
     Raises:
         ScenarioError: If there are not at least two variants, or there is no such one.
         ResultError: If the processes of all runs were killed.
