@@ -35,7 +35,7 @@ def evaluate(
     from lola_drake.paths import arena_records
     from lola_drake.reports.evaluation_page import evaluation_page
     from lola_drake.studies.arena import QUICK, TRIALS
-    from lola_drake.studies.evaluation import VARIANTS, law_settings
+    from lola_drake.studies.evaluation import VARIANTS, law_name, law_settings
     from lola_drake.studies.evaluation import evaluate as found
     from lola_drake.studies.ranking import evaluation_table, load_evaluation, with_others
 
@@ -43,7 +43,7 @@ def evaluate(
         law_settings(law)
         others = [load_evaluation(file) for file in (against or arena_records())]
     trials, count = (QUICK, worlds or 4) if quick else (TRIALS, worlds or 10)
-    name = law.rpartition(":")[2]
+    name = law_name(law)
     folder = output or Path("runs") / f"evaluate_{name}"
     total = count * len(VARIANTS) * sum(len(trial.sizes) for trial in trials)
     with studying(folder, jobs, name, total) as (study, advance):

@@ -53,6 +53,11 @@ def law_settings(law: str) -> dict[str, object]:
     return {"blocks": [own]}
 
 
+def law_name(law: str) -> str:
+    """Return what a law is called: its own name, or that of its class."""
+    return law.rpartition(":")[2]
+
+
 def evaluate(
     law: str,
     study: Study,
@@ -85,7 +90,7 @@ def evaluate(
         for trial, size, variant in asked
     }
     return {
-        "law": law,
+        "law": law_name(law),
         "worlds": worlds,
         "first_seed": FIRST_SEED,
         "trials": {trial.title: _trial(trial, points) for trial in trials},

@@ -12,7 +12,7 @@ from lola_drake.results import ResultError
 from lola_drake.scenario import ScenarioError, dump_scenario
 from lola_drake.studies import evaluation as module
 from lola_drake.studies.arena import FIRST_SEED, QUICK, TRIALS, Trial
-from lola_drake.studies.evaluation import evaluate, half, law_settings, loop_margins
+from lola_drake.studies.evaluation import evaluate, half, law_name, law_settings, loop_margins
 from lola_drake.studies.ranking import (
     best,
     evaluation_table,
@@ -136,6 +136,7 @@ def test_a_law_is_known_or_a_file():
     assert law_settings("damping") == {"control.law": "damping"}
     ((own,),) = law_settings("laws/my.py:Mine").values()
     assert own["name"] == "force_control" and own["law"].endswith("/laws/my.py:Mine")
+    assert law_name("laws/my.py:Mine") == "Mine" and law_name("damping") == "damping"
     with pytest.raises(ScenarioError, match=r"law 'dampin'.*damping"):
         law_settings("dampin")
 
