@@ -16,6 +16,7 @@ from lola_drake.diagram.card import draw_card
 from lola_drake.diagram.drawing import Drawing, to_figure, to_svg
 from lola_drake.diagram.graph import read_block
 from lola_drake.diagram.layout import ROW, make_sheet
+from lola_drake.diagram.paper import save_pdf
 from lola_drake.diagram.sheet import Link, draw_sheet
 from lola_drake.scenario import load_scenario
 from lola_drake.typed_yaml import suggestion
@@ -64,7 +65,8 @@ def block_diagram(
 def save_diagram(diagram: Diagram, path: str | Path, **options) -> Path:
     """Write the picture of a diagram into a file; its ending decides the format.
 
-    DOT is Drake's own graph of the system, for other tools that read it.
+    PDF has as many sheets of A4 side by side as the names of the ports need to be read. DOT is
+    Drake's own graph of the system, for other tools that read it.
 
     Args:
         diagram: Of Drake.
@@ -83,7 +85,9 @@ def save_diagram(diagram: Diagram, path: str | Path, **options) -> Path:
         drawing = block_diagram(diagram, folder=path.parent, **options)
         text = to_svg(drawing)
     with whole_file(path) as file:
-        if drawing and path.suffix in (".png", ".pdf"):
+        if drawing and path.suffix == ".pdf":
+            save_pdf(drawing, file)
+        elif drawing and path.suffix == ".png":
             to_figure(drawing).savefig(file, dpi=200)
         else:
             file.write_text(text, encoding="utf-8")

@@ -238,19 +238,24 @@ def to_figure(drawing: Drawing):
     figure = Figure(figsize=(drawing.width / 72, drawing.height / 72))
     axes = figure.add_axes((0, 0, 1, 1))
     axes.set(xlim=(0, drawing.width), ylim=(drawing.height, 0))
-    axes.axis("off")
-    for item in drawing.items:
-        _plot(axes, item, drawing.styles)
+    plot_items(axes, drawing)
     return figure
 
 
-def _plot(axes, item: Item, styles: dict[str, Style]) -> None:
+def plot_items(axes, drawing: Drawing, scale: float = 1.0) -> None:
+    """Plot a drawing into Matplotlib's axes in which one of its points is `scale` points."""
+    axes.axis("off")
+    for item in drawing.items:
+        _plot(axes, item, drawing.styles, scale)
+
+
+def _plot(axes, item: Item, styles: dict[str, Style], scale: float) -> None:
     from matplotlib.patches import PathPatch
     from matplotlib.path import Path
 
     if isinstance(item, Group):
         for entry in item.items:
-            _plot(axes, entry, styles)
+            _plot(axes, entry, styles, scale)
         return
     style = styles[item.style]
     fill, stroke = (colours[0] if colours else "none" for colours in (style.fill, style.stroke))
@@ -259,8 +264,8 @@ def _plot(axes, item: Item, styles: dict[str, Style]) -> None:
         weight = "bold" if item.bold else "normal"
         axes.text(
             *(item.x, item.y, item.text),
-            **{"fontsize": 0.9 * item.size, "ha": anchor, "va": "center_baseline"},
-            **{"color": fill, "weight": weight, "family": "DejaVu Sans"},
+            **{"fontsize": 0.9 * scale * item.size, "ha": anchor, "va": "center_baseline"},
+            **{"color": fill, "weight": weight, "family": "DejaVu Sans", "clip_on": True},
         )
         return
     codes = {"M": (Path.MOVETO,), "L": (Path.LINETO,), "Q": (Path.CURVE3,) * 2}
@@ -269,6 +274,6 @@ def _plot(axes, item: Item, styles: dict[str, Style]) -> None:
     for name, ends in outline(item):
         points += ends or [item.points[0]]
         commands += codes.get(name, (Path.CLOSEPOLY,))
-    dash = {"linestyle": (0, style.dash)} if style.dash else {}
+    pen = {"lw": scale * style.width} | ({"linestyle": (0, style.dash)} if style.dash else {})
     path = Path(points, commands)
-    axes.add_patch(PathPatch(path, facecolor=fill, edgecolor=stroke, lw=style.width, **dash))
+    axes.add_patch(PathPatch(path, facecolor=fill, edgecolor=stroke, **pen))

@@ -93,7 +93,11 @@ def _legend(results: Sequence[Result], names: list[str]) -> str:
 
 
 def _versions(result: Result) -> str:
-    versions = ", ".join(f"{name} {version}" for name, version in result.versions.items())
+    versions = ", ".join(
+        f"{name} {version}"
+        for name, version in result.versions.items()
+        if version != "not installed"
+    )
     return f"seed {result.scenario.seed}; {versions}"
 
 
@@ -132,7 +136,8 @@ def _number(value: object, digits: int = 4) -> str:
 def _change(before: object, after: object) -> str:
     if not (isinstance(before, float) and isinstance(after, float) and before):
         return ""
-    return f"{100 * (after / before - 1):+.0f} %"
+    percent = round(100 * (after / before - 1))
+    return f"{percent:+d} %" if percent else "±0 %"
 
 
 def _settings_table(results: Sequence[Result], names: list[str]) -> str:

@@ -10,10 +10,11 @@ from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.primitives import Gain, ZeroOrderHold
 
 from lola_drake.atomic_file import OutputError
-from lola_drake.diagram.block_diagram import COMMAND, save_diagram, write_all
+from lola_drake.diagram.block_diagram import COMMAND, block_diagram, save_diagram, write_all
 from lola_drake.diagram.drawing import PAGE
 from lola_drake.diagram.graph import read_block
 from lola_drake.diagram.layout import make_sheet
+from lola_drake.diagram.paper import NAME, sheets
 from lola_drake.diagram.sheet import draw_sheet
 from lola_drake.scenario import load_scenario
 from lola_drake.world import build_simulation
@@ -189,3 +190,11 @@ def test_every_system_can_be_drawn_alone(simulation, tmp_path):
     for name in names:
         path = save_diagram(simulation, tmp_path / f"{name}.svg", system=name, depth=0)
         assert name in path.read_text(encoding="utf-8")
+
+
+def test_names_can_be_read_on_paper_however_large_the_diagram_is(simulation, tmp_path):
+    for system, depth, expected in (("controller", 1, 1), (None, 2, 2)):
+        count, scale = sheets(block_diagram(simulation, system=system, depth=depth))
+        assert count == expected and NAME * scale >= 6.0
+        path = save_diagram(simulation, tmp_path / "d.pdf", system=system, depth=depth)
+        assert len(re.findall(rb"/Type /Page\b", path.read_bytes())) == count
