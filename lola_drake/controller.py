@@ -23,7 +23,7 @@ from lola_drake.blocks.foot_force_control import (
     FootSensor,
 )
 from lola_drake.blocks.force_distribution import ForceDistribution
-from lola_drake.blocks.force_laws import FORCE_LAWS
+from lola_drake.blocks.force_laws import FORCE_LAWS, law_class
 from lola_drake.blocks.imu_stabilizer import ImuStabilizer
 from lola_drake.blocks.inverse_kinematics import InverseKinematics
 from lola_drake.blocks.joint_servos import JointServos, JointServosParams, servo_gains
@@ -41,6 +41,7 @@ from lola_drake.signals import FEET, of_foot, split_foot
 from lola_drake.theory.constants import GRAVITY
 from lola_drake.theory.contact_model import ServoCompliance, contact_matrix
 from lola_drake.theory.kinematics import FOOT_TASK
+from lola_drake.theory.sensed_contact import pad_model
 
 Blocks = Mapping[str, Block | LeafSystem]
 """Blocks by their names, those of one foot ending in _l or _r; a system of Drake's may be one."""
@@ -110,13 +111,14 @@ def _task_space(scenario: Scenario, kinematics: Kinematics, stance: Stance) -> d
     known: dict[str, Any] = {
         **shared(control.force),
         "inverse_contact_matrix": np.linalg.inv(pads_matrix(scenario)),
+        "sole": pad_model(PADS, area_stiffness(scenario)),
         "sensor": FootSensor(*foot_sensor_geometry(kinematics)),
         "standing_wrench": (0.0, 0.0, 0.5 * kinematics.mass * GRAVITY),
     }
     compliances = servo_compliances(kinematics, stance.q, control.servos)
     blocks: dict[str, Block] = {}
     for foot, servos in zip(FEET, compliances, strict=True):
-        blocks[of_foot("force_control", foot)] = FORCE_LAWS[control.law](
+        blocks[of_foot("force_control", foot)] = law_class(control.law, control.of_law())(
             control.of_law(), foot, compliance=servos.matrix, relaxation=servos.relaxation, **known
         )
     return (
@@ -188,7 +190,12 @@ def servo_compliances(
 
 def pads_matrix(scenario: Scenario) -> np.ndarray:
     """Return U of eq. 8 for all pads of a foot, as stiff as the controller takes the ground."""
-    return contact_matrix(PADS, scenario.pattern.ground_stiffness / sum(pad.area for pad in PADS))
+    return contact_matrix(PADS, area_stiffness(scenario))
+
+
+def area_stiffness(scenario: Scenario) -> float:
+    """Return c_A,z of the pads, as stiff as the controller takes the ground (N/m^3)."""
+    return scenario.pattern.ground_stiffness / sum(pad.area for pad in PADS)
 
 
 class WalkingController(Diagram):

@@ -43,6 +43,9 @@ PLANTS = ("drake", "mujoco")
 PREDECESSOR = "configuration_space"
 """The force law of the variant `original`."""
 
+SWITCHES = ("sensed_area", "exact_angles")
+"""Of the section `control.force`: they are of the paper's law alone."""
+
 PATH = 1000
 """Greatest length of a path."""
 
@@ -90,6 +93,10 @@ class Control:
 
     def __post_init__(self):
         validate(self)
+        for name in SWITCHES:
+            if self.law != "hybrid" and getattr(self.force, name):
+                allowed = f"false with the force law {self.law}"
+                raise ParameterError(f"force.{name}", True, allowed)
 
     def of_law(self) -> Any:
         """Return the parameters of the force law: the section that its block takes."""
@@ -142,9 +149,8 @@ class Scenario:
         validate(self)
         if self.name[:1] in ("", ".", "-") or set(self.name) & set("/\\"):
             raise ParameterError("name", self.name, "usable as the name of a folder")
-        if self.variant == "original" and self.control.law not in ("hybrid", PREDECESSOR):
-            allowed = f"{PREDECESSOR} in the variant original, or left as it is"
-            raise ParameterError("control.law", self.control.law, allowed)
+        if self.variant == "original":
+            self._check_predecessor()
         width = self.pattern.step_width
         check_start(self.start, width, self.terrain)
         check_steps(self.walk.steps)
@@ -152,6 +158,15 @@ class Scenario:
 
     def __repr__(self):
         return f"<Scenario {self.name} ({self.variant}): {self.duration:g} s, seed {self.seed}>"
+
+    def _check_predecessor(self) -> None:
+        """Raise ParameterError where the variant original is given another law, or its switches."""
+        if self.control.law not in ("hybrid", PREDECESSOR):
+            allowed = f"{PREDECESSOR} in the variant original, or left as it is"
+            raise ParameterError("control.law", self.control.law, allowed)
+        for name in SWITCHES:
+            if getattr(self.control.force, name):
+                raise ParameterError(f"control.force.{name}", True, "false in the variant original")
 
     def active_sensors(self) -> Sensors:
         """Return what the sensors run with: where they are ideal, nothing disturbs them."""

@@ -9,8 +9,10 @@ from lola_drake.controller import shared
 from lola_drake.robot import PADS
 from lola_drake.signals import CONTACT, GAIT_PHASE
 from lola_drake.theory.contact_model import ServoCompliance, contact_matrix
+from lola_drake.theory.sensed_contact import pad_model
 
-U = contact_matrix(PADS, 1.2e5 / sum(pad.area for pad in PADS))
+AREA_STIFFNESS = 1.2e5 / sum(pad.area for pad in PADS)
+U = contact_matrix(PADS, AREA_STIFFNESS)
 STIFF = ServoCompliance(np.zeros((3, 3)), relaxation=0.014)
 SENSOR = FootSensor(p_TcpSensor=(-0.03, 0.01, 0.08), weight=20.0, p_TcpFoot=(0.02, 0.005, 0.04))
 
@@ -25,6 +27,7 @@ class Foot(Ticking):
             "compliance": STIFF.matrix,
             "relaxation": STIFF.relaxation,
             "sensor": SENSOR,
+            "sole": pad_model(PADS, AREA_STIFFNESS),
         }
         self.params, self.side = law.Params(**params), "lr".index(foot)
         super().__init__(law(self.params, foot, **constants))

@@ -6,8 +6,10 @@ from mirror import MIRRORED_JOINTS
 
 from lola_drake.block_system import gain_of, set_gain
 from lola_drake.blocks.foot_force_control import FORCE_CONTROLLED
-from lola_drake.blocks.force_laws import FORCE_LAWS
+from lola_drake.blocks.force_laws import FORCE_LAWS, law_class
+from lola_drake.blocks.hybrid_force_control import HybridForceControl, HybridForceControlParams
 from lola_drake.blocks.joint_servos import JointServosParams, servo_gains
+from lola_drake.blocks.sensed_force_control import SensedForceControl
 from lola_drake.controller import (
     WalkingController,
     controller_blocks,
@@ -34,8 +36,10 @@ WRENCH_SIGNS = np.array([1.0, -1.0, 1.0, -1.0, 1.0, -1.0])
 class Loop:
     """A standing controller that is stepped tick by tick with given sensor signals."""
 
-    def __init__(self, variant="dyn", delay_ticks=1, law="hybrid"):
-        control = Control(law=law, servos=JointServosParams(delay_ticks=delay_ticks))
+    def __init__(self, variant="dyn", delay_ticks=1, law="hybrid", sensed=False):
+        force = HybridForceControlParams(sensed_area=sensed, exact_angles=sensed)
+        servos = JointServosParams(delay_ticks=delay_ticks)
+        control = Control(law=law, force=force, servos=servos)
         scenario = Scenario(variant=variant, control=control)
         kinematics = Kinematics()
         self.stance = initial_stance(scenario, kinematics)
@@ -125,6 +129,24 @@ def test_mirrored_sensors_give_mirrored_joints(variant, law):
         for name in ("joint_desired_state", "joint_feedforward"):
             expected = mirrored_joints(one.output(name))
             np.testing.assert_allclose(other.output(name), expected, rtol=0, atol=1e-7)
+
+
+def test_the_sensed_contact_and_exact_angles_are_their_own_mirror_image():
+    one, other = Loop(sensed=True), Loop(sensed=True)
+    for sensed in restless():
+        one.step(sensed)
+        other.step(mirrored(sensed))
+        expected = mirrored_joints(one.output("joint_desired_state"))
+        found = other.output("joint_desired_state")
+        np.testing.assert_allclose(found, expected, rtol=0, atol=1e-7)
+
+
+@pytest.mark.parametrize("area", [False, True])
+@pytest.mark.parametrize("angles", [False, True])
+def test_only_where_it_is_asked_for_the_contact_is_sensed(area, angles):
+    params = HybridForceControlParams(sensed_area=area, exact_angles=angles)
+    expected = SensedForceControl if area or angles else HybridForceControl
+    assert law_class("hybrid", params) is expected
 
 
 def test_sensors_without_symmetry_move_the_joints_without_symmetry():

@@ -309,9 +309,12 @@ def test_every_scenario_runs_the_same_in_both_engines(name, variant):
     assert np.ptp(signals["joint_torque"], axis=0).max() > 1.0
 
 
-@pytest.mark.parametrize("law", FORCE_LAWS)
-def test_every_force_law_runs_the_same_in_both_engines(law):
-    assert_engines_equal(load_scenario("walk_flat", AT_ONCE | {"control.law": law}))
+SENSED = {"control.force.sensed_area": True, "control.force.exact_angles": True}
+
+
+@pytest.mark.parametrize("kind", [*({"control.law": law} for law in FORCE_LAWS), SENSED], ids=str)
+def test_every_force_law_runs_the_same_in_both_engines(kind):
+    assert_engines_equal(load_scenario("walk_flat", AT_ONCE | kind))
 
 
 def test_variants_and_laws_are_not_the_same():

@@ -164,6 +164,15 @@ def test_original_is_the_predecessors_law_without_com_dynamics():
         override(Scenario(variant="original"), {"control.law": "damping"})
 
 
+@pytest.mark.parametrize("switch", ["sensed_area", "exact_angles"])
+def test_switches_of_the_papers_law_are_refused_with_another_one(switch):
+    key = f"control.force.{switch}"
+    with pytest.raises(ScenarioError, match=f"{key}: True is not allowed.* force law damping"):
+        override(Scenario(), {key: True, "control.law": "damping"})
+    with pytest.raises(ScenarioError, match="in the variant original"):
+        override(Scenario(variant="original"), {key: True})
+
+
 @pytest.mark.parametrize("law", FORCE_LAWS)
 def test_every_force_law_has_its_section(law):
     control = Control(law=law)

@@ -33,6 +33,17 @@ class HybridForceControlParams(FootForceControlParams):
         symbol="δ",
         slider=(0.005, 0.08, 0.001),
     )
+    sensed_area: bool = parameter(
+        False, "U of the pads whose switches are closed, instead of all (the paper's outlook)"
+    )
+    exact_angles: bool = parameter(
+        False, "no small angles in eq. 6 and 13, and turned feet about their own axes"
+    )
+
+    @property
+    def senses(self) -> bool:
+        """Return whether the law follows the contact as it is, see `SensedForceControl`."""
+        return self.sensed_area or self.exact_angles
 
 
 def inverse_gradient(inverse_contact_matrix, compliance, relaxation, time_constant):

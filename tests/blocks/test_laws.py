@@ -6,6 +6,7 @@ from pydrake.autodiffutils import AutoDiffXd, ExtractGradient, ExtractValue, Ini
 
 from lola_drake.block_system import BlockSystem, machine_value, plain_value, sample_arguments
 from lola_drake.blocks.force_laws import FORCE_LAWS
+from lola_drake.blocks.hybrid_force_control import HybridForceControlParams
 from lola_drake.compiled import compiled, compiling
 from lola_drake.scenario import PREDECESSOR, Control, Scenario
 from lola_drake.simulation import make_world
@@ -32,7 +33,9 @@ def all_blocks():
         for key, block in rivals.items():
             if type(block) is FORCE_LAWS[name]:
                 found[key if name in ("hybrid", PREDECESSOR) else f"{name}.{key}"] = block
-    return found
+    switches = HybridForceControlParams(sensed_area=True, exact_angles=True)
+    sensed = make_world(Scenario(control=Control(force=switches))).controller
+    return found | {f"sensed.{n}": sensed[n] for n in ("force_control_l", "force_control_r")}
 
 
 BLOCKS = all_blocks()
