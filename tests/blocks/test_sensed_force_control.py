@@ -2,12 +2,12 @@
 
 import numpy as np
 import pytest
-from one_foot import AREA_STIFFNESS, SENSOR, Foot, U
+from one_foot import AREA_STIFFNESS, SENSOR, Foot, U, foot_angles
 from pydrake.math import RollPitchYaw
 
 from lola_drake.blocks.hybrid_force_control import HybridForceControl
 from lola_drake.blocks.sensed_force_control import SensedForceControl, exact_wrench_at_tcp
-from lola_drake.robot import PADS, foot_angles
+from lola_drake.robot import PADS
 from lola_drake.signals import PERIOD, TASK_REFERENCE
 from lola_drake.theory.contact_model import contact_matrix
 from lola_drake.theory.sensed_contact import foot_axes, kept, pad_model

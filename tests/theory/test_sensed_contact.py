@@ -4,10 +4,11 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from one_foot import foot_angles
 from pydrake.math import RollPitchYaw
 from scipy.spatial import ConvexHull
 
-from lola_drake.robot import PADS, foot_angles
+from lola_drake.robot import PADS
 from lola_drake.theory.contact_model import command_gradient, contact_matrix
 from lola_drake.theory.sensed_contact import (
     behind_servos,
