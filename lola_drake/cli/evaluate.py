@@ -6,7 +6,7 @@ from typing import Annotated
 import typer
 
 from lola_drake.cli.common import Json, drawn, errors_in_one_line
-from lola_drake.cli.studying import Folder, Jobs, conclude, studying
+from lola_drake.cli.studying import Cluster, Folder, Jobs, conclude, studying
 
 app = typer.Typer()
 
@@ -24,6 +24,7 @@ def evaluate(
     ] = None,
     output: Folder = None,
     jobs: Jobs = 2,
+    cluster: Cluster = None,
     as_json: Json = False,
 ) -> None:
     """Find up to which size of edges, boards, slopes, pushes a force law stays up.
@@ -46,7 +47,7 @@ def evaluate(
     name = law_name(law)
     folder = output or Path("runs") / f"evaluate_{name}"
     total = count * len(VARIANTS) * sum(len(trial.sizes) for trial in trials)
-    with studying(folder, jobs, name, total) as (study, advance):
+    with studying(folder, jobs, cluster, name, total) as (study, advance):
         content = found(law, study, count, advance, trials)
     evaluations = with_others(content, others)
     with errors_in_one_line(), drawn(folder), whole_file(folder / "evaluation.html") as page:

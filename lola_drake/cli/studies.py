@@ -19,7 +19,7 @@ from lola_drake.cli.common import (
     errors_in_one_line,
     exit_for,
 )
-from lola_drake.cli.studying import Folder, Jobs, conclude, studying
+from lola_drake.cli.studying import Cluster, Folder, Jobs, Until, conclude, studying
 from lola_drake.cli.terminal import show
 
 app = typer.Typer()
@@ -90,8 +90,10 @@ def reproduce(
         int, typer.Option(min=0, help="Sampled worlds; 0 for the scenarios as they are.")
     ] = 0,
     plant: Plant = None,
+    until: Until = None,
     output: Folder = None,
     jobs: Jobs = 2,
+    cluster: Cluster = None,
     as_json: Json = False,
 ) -> None:
     """Repeat all experiments of the paper; one table, paper against simulation.
@@ -104,8 +106,8 @@ def reproduce(
 
     folder = output or Path("runs") / "reproduction"
     total = 2 * len(EXPERIMENTS) * max(samples, 1)
-    with studying(folder, jobs, "reproduction", total) as (study, advance):
-        outcomes = run_experiments(study, samples, advance, plant=plant or "drake")
+    with studying(folder, jobs, cluster, "reproduction", total) as (study, advance):
+        outcomes = run_experiments(study, samples, advance, plant=plant or "drake", width=until)
     conclude(
         folder,
         "reproduction",
@@ -119,8 +121,10 @@ def reproduce(
 @app.command()
 def survival(
     samples: Annotated[int, typer.Option(min=1, help="Sampled worlds at each height.")] = 20,
+    until: Until = None,
     output: Folder = None,
     jobs: Jobs = 2,
+    cluster: Cluster = None,
     as_json: Json = False,
 ) -> None:
     """Find from which height of an unseen edge or board on each variant falls.
@@ -134,8 +138,8 @@ def survival(
 
     folder = output or Path("runs") / "survival"
     total = len(HEIGHTS) * len(OBSTACLES) * len(VARIANTS) * samples
-    with studying(folder, jobs, "survival", total) as (study, advance):
-        content = found(study, samples, advance)
+    with studying(folder, jobs, cluster, "survival", total) as (study, advance):
+        content = found(study, samples, advance, width=until)
     conclude(folder, "survival", lambda: content, survival_table, survival_figure, as_json=as_json)
 
 
@@ -146,6 +150,7 @@ def tune(
     law: Annotated[str, typer.Option(help="Tune this force law's own gains instead.")] = "",
     output: Folder = None,
     jobs: Jobs = 2,
+    cluster: Cluster = None,
     as_json: Json = False,
 ) -> None:
     """Search for the gains with which the reference controller falls and inclines least.
@@ -160,7 +165,7 @@ def tune(
     folder = output or Path("runs") / (f"tuning_{law}" if law else "tuning")
     with errors_in_one_line():
         what = (law_gains(law), law) if law else (GAINS, "hybrid")
-    with studying(folder, jobs, "trials", budget) as (study, advance):
+    with studying(folder, jobs, cluster, "trials", budget) as (study, advance):
         trials = search(study, samples, budget, lambda trials: advance(len(trials)), *what)
     conclude(
         folder, "tuning", lambda: record(trials, samples, *what), tuning_table, as_json=as_json

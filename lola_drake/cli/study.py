@@ -51,32 +51,47 @@ def _status_lines(content: dict) -> list[str]:
 @app.command("show")
 def show_(
     study: StudyFile,
-    rows: Annotated[int, typer.Option(min=1, help="The last so many runs.")] = 20,
+    rows: Annotated[int, typer.Option(min=1, help="So many runs, the last ones.")] = 20,
     outcome: Annotated[
         str | None, typer.Option(help="Only those that completed, fell, failed, or were lost.")
     ] = None,
+    worst: Annotated[
+        bool,
+        typer.Option("--worst", help="The worst ones: failures, early falls, great inclinations."),
+    ] = False,
     as_json: Json = False,
 ) -> None:
-    """Show the last runs of a study: what was run, where, and how it ended."""
-    from lola_drake.studies.status import last_runs
+    """Show the last runs of a study, or the worst: what was run, where, and how it ended."""
+    from lola_drake.studies.status import listed_runs
 
     with errors_in_one_line():
-        found = last_runs(_store(study), rows, outcome)
+        found = listed_runs(_store(study), rows, outcome, worst=worst)
     if as_json:
         print(json.dumps(found, indent=2))
         return
-    table = Table("run", "scenario", "variant", "seed", "end", "worker")
+    table = Table("run", "scenario", "variant", "seed", "end", "inclination")
     for run in found:
-        told = (run["run"], run["scenario"], run["variant"], run["seed"], _end(run), run["worker"])
+        told = (run["run"], run["scenario"], run["variant"], run["seed"], _end(run), _inclined(run))
         table.add_row(*map(str, told))
     show(table)
+    if found:
+        print(f"again, with signals and pictures: {found[0]['command']}")
 
 
 def _end(run: dict) -> str:
     """Return how a run ended, in a few words."""
     if run["error"]:
         return f"{run['outcome']}: {run['error']}"
-    return run["outcome"] if run["fall_time_s"] is None else f"fell at {run['fall_time_s']:.2f} s"
+    if run["fall_time_s"] is None:
+        return run["outcome"]
+    first = f", first: {run['fall_events'][0]['event']}" if run["fall_events"] else ""
+    return f"fell at {run['fall_time_s']:.2f} s{first}"
+
+
+def _inclined(run: dict) -> str:
+    """Return the largest inclination about x and y."""
+    found = (run["max_inclination_deg"] or {}).values()
+    return ", ".join("-" if value is None else f"{value:.1f}°" for value in found)
 
 
 @app.command()

@@ -18,10 +18,30 @@ if TYPE_CHECKING:
     from lola_drake.studies.study import Study
 
 Jobs = Annotated[int, typer.Option(min=1, help="Simulations that run at a time.")]
-Until = Annotated[
+Cluster = Annotated[
     str | None,
     typer.Option(
+        metavar="local|tcp://HOST:8786", help="Run on a Dask cluster (the extra [cluster])."
+    ),
+]
+
+
+def _width(text: str) -> float:
+    """Return the width of an interval (percentage points); say what is wrong with the option."""
+    from lola_drake.errors import LolaError
+    from lola_drake.studies.stopping import parse_width
+
+    try:
+        return parse_width(text)
+    except LolaError as error:
+        raise typer.BadParameter(str(error)) from None
+
+
+Until = Annotated[
+    float | None,
+    typer.Option(
         metavar="WIDTH%",
+        parser=_width,
         help="Fewer worlds, once all 95 % intervals of what is counted are so narrow (such as 5%).",
     ),
 ]
@@ -30,7 +50,7 @@ Folder = Annotated[Path | None, typer.Option("--output", "-o", help="Folder of w
 
 @contextmanager
 def studying(
-    folder: Path, jobs: int, what: str, total: int
+    folder: Path, jobs: int, cluster: str | None, what: str, total: int
 ) -> "Iterator[tuple[Study, Callable[[int], None]]]":
     """Give the study of a folder, and the function that is told how much of it is done.
 
@@ -39,14 +59,17 @@ def studying(
     Args:
         folder: holds the study's file.
         jobs: how many processes.
+        cluster: a Dask cluster in their place.
         what: is counted.
         total: how much there is to do.
     """
+    from lola_drake.studies import cluster as on_cluster
+    from lola_drake.studies import workers
     from lola_drake.studies.study import FILE, Study
-    from lola_drake.studies.workers import Processes
 
     with errors_in_one_line():
-        study = Study(folder / FILE, Processes(jobs))
+        crew = on_cluster.Cluster(cluster, jobs) if cluster else workers.Processes(jobs)
+        study = Study(folder / FILE, crew)
         try:
             with progress_bar(what, total, COUNT) as advance:
                 yield study, advance

@@ -6,7 +6,7 @@ from typing import Annotated
 import typer
 
 from lola_drake.cli.common import Blocks, Changes, Json, ScenarioName, changed, errors_in_one_line
-from lola_drake.cli.studying import Folder, Jobs, Until, conclude, studying
+from lola_drake.cli.studying import Cluster, Folder, Jobs, Until, conclude, studying
 
 app = typer.Typer()
 
@@ -36,6 +36,7 @@ def sweep(
     blocks: Blocks = None,
     output: Folder = None,
     jobs: Jobs = 2,
+    cluster: Cluster = None,
     as_json: Json = False,
 ) -> None:
     """Run a scenario over some of its keys: who stays up, and how well, in a table and a figure.
@@ -45,7 +46,6 @@ def sweep(
     from lola_drake.scenario import load_scenario
     from lola_drake.studies.designs import points as chosen
     from lola_drake.studies.factors import parse_factors
-    from lola_drake.studies.stopping import parse_width
     from lola_drake.studies.sweep import Sweep, run_sweep
     from lola_drake.studies.sweep_figure import sweep_figure
     from lola_drake.studies.sweep_table import sweep_table
@@ -56,10 +56,9 @@ def sweep(
         names = tuple(name.strip() for name in variants.split(","))
         at = chosen(factors, design, points, max(worlds, 1) * len(names))
         wanted = Sweep(base, factors, at, names, metric, design)
-        width = parse_width(until)
         wanted.check(worlds)
     folder = output or Path("runs") / f"sweep_{base.name}"
     total = wanted.runs_per_world * max(worlds, 1)
-    with studying(folder, jobs, "sweep", total) as (study, advance):
-        content = run_sweep(study, wanted, worlds, width, advance)
+    with studying(folder, jobs, cluster, "sweep", total) as (study, advance):
+        content = run_sweep(study, wanted, worlds, until, advance)
     conclude(folder, "sweep", lambda: content, sweep_table, sweep_figure, as_json=as_json)

@@ -5,6 +5,7 @@ is repeated over sampled worlds, both variants in the same ones, and what is sta
 distribution of the paired changes.
 """
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 
@@ -14,7 +15,8 @@ from lola_drake.results import software_versions
 from lola_drake.scenario import Scenario, load_scenario, override
 from lola_drake.studies.row import Summary, survived
 from lola_drake.studies.sampled_worlds import sample_world
-from lola_drake.studies.statistics import interval, median, paired_p, quartiles
+from lola_drake.studies.statistics import causes, interval, median, paired_p, quartiles
+from lola_drake.studies.stopping import until
 from lola_drake.studies.study import Progress, Study
 from lola_drake.studies.variants import COMPARED, change_percent
 
@@ -76,6 +78,10 @@ EXPERIMENTS = (
 """The paper's experiments, and a higher step to see who stays up."""
 
 
+PAPERS = ("max_inclination_deg", "rms_torque_error_Nm")
+"""The metrics of which the paper gives figures."""
+
+
 @dataclass(frozen=True)
 class Outcome:
     """An experiment and its pairs of runs.
@@ -91,6 +97,11 @@ class Outcome:
     def falls(self) -> dict[str, int]:
         """Return in how many worlds each variant fell."""
         return self._counted("fell")
+
+    def causes(self) -> dict[str, dict[str, int]]:
+        """Return how often what came first before the falls of each variant."""
+        columns = zip(*self.pairs, strict=True)
+        return {v: causes(c) for v, c in zip(self.experiment.variants, columns, strict=True)}
 
     def failures(self) -> dict[str, int]:
         """Return in how many worlds the run of each variant ended in an error."""
@@ -109,6 +120,11 @@ class Outcome:
         values = [change if axis is None else change[axis] for change in stated]
         return np.array([value for value in values if value is not None], dtype=float)
 
+    def widest(self) -> float:
+        """Return the width of the widest interval of inclination or torque error (%)."""
+        ends = (interval(self.changes(metric, axis)) for metric in PAPERS for axis in ("x", "y"))
+        return max(math.inf if pair is None else pair[1] - pair[0] for pair in ends)
+
     def _summarized(self, summarize: Callable[[np.ndarray], object]) -> dict[str, object]:
         return {
             metric: {axis: summarize(self.changes(metric, axis)) for axis in axes}
@@ -124,6 +140,7 @@ class Outcome:
             "variants": list(self.experiment.variants),
             "worlds": len(self.pairs),
             "falls": self.falls(),
+            "causes_of_falls": self.causes(),
             "failures": self.failures(),
             "pairs_that_stay_up": sum(all(map(survived, pair)) for pair in self.pairs),
             "median_change_percent": self._summarized(median),
@@ -140,6 +157,7 @@ def run_experiments(
     progress: Progress | None = None,
     experiments: Sequence[Experiment] = EXPERIMENTS,
     plant: str = "drake",
+    width: float | None = None,
 ) -> list[Outcome]:
     """Return the outcome of every experiment; the study's file keeps what is done.
 
@@ -149,8 +167,24 @@ def run_experiments(
         progress: called with the number of runs that are done.
         experiments: what to do.
         plant: the engine of the robot and its ground.
+        width: of all intervals of inclination and torque error, with which fewer worlds are enough
+            (percentage points), see `until`.
     """
-    worlds: list[int | None] = [*range(samples)] or [None]
+
+    def measure(count: int) -> tuple[list[Outcome], float]:
+        outcomes = _outcomes(study, [*range(count)] or [None], progress, experiments, plant)
+        return outcomes, max(outcome.widest() for outcome in outcomes) if width else 0.0
+
+    return until(width, samples, measure)
+
+
+def _outcomes(
+    study: Study,
+    worlds: Sequence[int | None],
+    progress: Progress | None,
+    experiments: Sequence[Experiment],
+    plant: str,
+) -> list[Outcome]:
     # World by world, so that a study that is stopped has all experiments in the first ones.
     wanted = [(e, world) for world in worlds for e in experiments]
     scenarios = [scenario for e, world in wanted for scenario in e.scenarios(world, plant)]

@@ -3,7 +3,7 @@
 from datetime import datetime
 
 from lola_drake.errors import ResultError, shown
-from lola_drake.studies.row import OUTCOMES
+from lola_drake.studies.row import OUTCOMES, Row
 from lola_drake.studies.store import Store
 
 
@@ -28,32 +28,46 @@ def status(store: Store) -> dict[str, object]:
     return found | {"last_order": last, "runs_per_hour": rate}
 
 
-def last_runs(store: Store, count: int, outcome: str | None = None) -> list[dict[str, object]]:
-    """Return the last runs of a study, the last one first.
+WORST = """
+    CASE outcome WHEN 'completed' THEN 2 WHEN 'fell' THEN 1 ELSE 0 END,
+    json_extract(summary, '$.fall_time_s'),
+    max(json_extract(summary, '$.max_inclination_deg.x'),
+        json_extract(summary, '$.max_inclination_deg.y')) DESC
+"""
+"""The order of the worst runs: who failed, the earliest falls, the most inclined."""
+
+
+def listed_runs(
+    store: Store, count: int, outcome: str | None = None, *, worst: bool = False
+) -> list[dict[str, object]]:
+    """Return the last runs of a study, the last one first, or the worst ones.
 
     Args:
         store: the study's file.
         count: the most of them.
         outcome: one of `OUTCOMES`, or None for all.
+        worst: those that failed, then the falls, the earliest first, then the most inclined.
     """
     if outcome not in (None, *OUTCOMES):
         raise ResultError(f"outcome: {shown(outcome)}, there are {', '.join(OUTCOMES)}")
     where = ("outcome = ?", outcome) if outcome else ("1",)
-    return [
-        {
-            "run": row.number,
-            "scenario": row.summary["scenario"],
-            "variant": row.summary["variant"],
-            "seed": row.summary["seed"],
-            "outcome": row.outcome,
-            "fall_time_s": row.summary["fall_time_s"],
-            "error": row.summary["error"],
-            "tries": row.tries,
-            "worker": row.worker,
-            "finished": row.finished,
-        }
-        for row in store.rows(*where, order=f"id DESC LIMIT {count}")
-    ]
+    order = WORST if worst else "id DESC"
+    return [_listed(row, store) for row in store.rows(*where, order=f"{order} LIMIT {count}")]
+
+
+def _listed(row: Row, store: Store) -> dict[str, object]:
+    told = ("scenario", "variant", "seed", "fall_time_s", "error")
+    return {
+        "run": row.number,
+        **{name: row.summary[name] for name in told},
+        "fall_events": row.summary.get("fall_events", []),
+        "max_inclination_deg": row.summary.get("max_inclination_deg"),
+        "outcome": row.outcome,
+        "tries": row.tries,
+        "worker": row.worker,
+        "finished": row.finished,
+        "command": f"lola study replay {store.file} {row.number}",
+    }
 
 
 def _last(store: Store) -> str:

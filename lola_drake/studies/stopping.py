@@ -36,14 +36,12 @@ def until(width: float | None, most: int, measure: Callable[[int], tuple[Found, 
         worlds = min(most, int(GROWTH * worlds))
 
 
-def parse_width(text: str | None) -> float | None:
+def parse_width(text: str) -> float:
     """Return the width that `--until 2%` means (percentage points); LolaError if it is none."""
-    if text is None:
-        return None
     try:
         width = float(text.strip().removesuffix("%"))
     except ValueError:
         width = 0.0
     if not 0.1 <= width <= 100:
-        raise LolaError(f"until: {shown(text)} is not allowed, it must be from 0.1% to 100%")
+        raise LolaError(f"{shown(text)} is not allowed, it must be from 0.1% to 100%")
     return width

@@ -6,11 +6,14 @@ says from where on each of them does.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 from lola_drake.results import software_versions
 from lola_drake.scenario import Scenario, load_scenario, override
+from lola_drake.studies.row import Summary
 from lola_drake.studies.sampled_worlds import sample_world
-from lola_drake.studies.statistics import share
+from lola_drake.studies.statistics import causes, share
+from lola_drake.studies.stopping import until
 from lola_drake.studies.study import Progress, Study
 
 HEIGHTS = tuple(round(0.03 + 0.01 * k, 2) for k in range(10))
@@ -52,6 +55,7 @@ def survival(
     samples: int,
     progress: Progress | None = None,
     heights: Sequence[float] = HEIGHTS,
+    width: float | None = None,
 ) -> dict[str, object]:
     """Return the content of survival.json.
 
@@ -60,7 +64,26 @@ def survival(
         samples: number of worlds at each height.
         progress: called with the number of runs that are done.
         heights: of the obstacles (m).
+        width: of all intervals of the shares, with which fewer worlds are enough (percentage
+            points), see `until`.
     """
+
+    def measure(count: int) -> tuple[dict[str, object], float]:
+        content = _content(study, count, progress, heights)
+        shares = [
+            point
+            for variants in content["survived"].values()
+            for points in variants.values()
+            for point in points
+        ]
+        return content, 100 * max(point["high"] - point["low"] for point in shares)
+
+    return until(width, samples, measure)
+
+
+def _content(
+    study: Study, samples: int, progress: Progress | None, heights: Sequence[float]
+) -> dict[str, Any]:
     seeds = range(FIRST_SEED, FIRST_SEED + samples)
     # Height by height, so that a study that is stopped has whole points.
     wanted = [(name, height) for height in heights for name in OBSTACLES]
@@ -68,15 +91,23 @@ def survival(
     summaries = study.run(scenarios, progress)
     size = len(VARIANTS) * samples
     points = {point: summaries[i * size : (i + 1) * size] for i, point in enumerate(wanted)}
+
+    def of(name: str, k: int, height: float) -> list[Summary]:
+        return points[name, height][k * samples : (k + 1) * samples]
+
     return {
         "worlds": samples,
         "heights_m": list(heights),
         "survived": {
             name: {
-                variant: [
-                    share(points[name, height][k * samples : (k + 1) * samples])
-                    for height in heights
-                ]
+                variant: [share(of(name, k, height)) for height in heights]
+                for k, variant in enumerate(VARIANTS)
+            }
+            for name in OBSTACLES
+        },
+        "causes_of_falls": {
+            name: {
+                variant: causes([run for height in heights for run in of(name, k, height)])
                 for k, variant in enumerate(VARIANTS)
             }
             for name in OBSTACLES

@@ -261,7 +261,7 @@ def test_a_sweep_that_cannot_be_is_one_line_before_anything_runs(lola, tmp_path)
         (["--vary", "ground.frction=1,2"], "no such key"),
         (["--vary", "ground.friction=-1,1"], "the point ground.friction=-1"),
         (["--vary", "ground.friction=0.7,0.8", "--worlds", "2"], "makes no difference here"),
-        (["--vary", "duration=2,3", "--until", "no"], "until: 'no' is not allowed"),
+        (["--vary", "duration=2,3", "--until", "no"], "'no' is not allowed"),
         (["--vary", "duration=2,3", "--variants", "ref,best"], "'best'"),
     ):
         done = lola("sweep", "step_down", *arguments)

@@ -31,6 +31,9 @@ def test_show_lists_the_last_runs(lola, study):
     assert (run["seed"], run["outcome"], run["fall_time_s"]) == (8, "fell", 2.5)
     lines = lola("study", "show", study).stdout
     assert "completed" in lines and "fell at 2.50 s" in lines
+    assert "lola study replay" in lines
+    (run,) = json.loads(lola("study", "show", study, "--worst", "--rows", "1", "--json").stdout)
+    assert run["seed"] == 8
     assert json.loads(lola("study", "show", study, "--outcome", "lost", "--json").stdout) == []
 
 

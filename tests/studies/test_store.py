@@ -9,7 +9,7 @@ from made_runs import made
 
 from lola_drake.results import ResultError
 from lola_drake.scenario import Scenario
-from lola_drake.studies.status import last_runs, status
+from lola_drake.studies.status import listed_runs, status
 from lola_drake.studies.store import VERSION, Store
 
 
@@ -124,7 +124,22 @@ def test_status_counts_ends_and_what_is_left(file):
 def test_the_last_runs_come_first_and_may_be_chosen_by_their_end(file):
     store = Store(file)
     store.keep(made(1, fell=True, completed=False), *map(made, range(2, 6)))
-    assert [run["seed"] for run in last_runs(store, 3)] == [5, 4, 3]
-    assert [run["seed"] for run in last_runs(store, 3, "fell")] == [1]
+    assert [run["seed"] for run in listed_runs(store, 3)] == [5, 4, 3]
+    assert [run["seed"] for run in listed_runs(store, 3, "fell")] == [1]
     with pytest.raises(ResultError, match="outcome: 'sat', there are completed, fell"):
-        last_runs(store, 3, "sat")
+        listed_runs(store, 3, "sat")
+
+
+def test_the_worst_runs_failed_or_fell_early_or_inclined_most(file):
+    store = Store(file)
+    fallen = {"completed": False, "fell": True}
+    store.keep(
+        made(1),
+        made(2, **fallen, fall_time_s=5.0),
+        made(3, error="no number", completed=False),
+        made(30),
+        made(4, **fallen, fall_time_s=2.0),
+    )
+    worst = listed_runs(store, 5, worst=True)
+    assert [run["seed"] for run in worst] == [3, 4, 2, 30, 1]
+    assert worst[0]["command"] == f"lola study replay {file} 3"

@@ -125,7 +125,7 @@ def test_stopping_looks_at_growing_numbers_and_keeps_the_most():
     assert until(5.0, 1000, measure) == 22
     assert until(1.0, 30, measure) == 30
     assert seen == [7, 10, 15, 22, 10, 15, 22, 30]
-    assert (parse_width("2%"), parse_width("2.5"), parse_width(None)) == (2.0, 2.5, None)
+    assert (parse_width("2%"), parse_width("2.5")) == (2.0, 2.5)
 
 
 @pytest.mark.parametrize(
