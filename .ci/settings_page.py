@@ -3,7 +3,7 @@
 import json
 from collections.abc import Iterator
 
-from lola_drake.settings import Setting, settings
+from lola_drake.scenario_keys import Setting, settings
 
 MARK = "<!-- settings -->"
 

@@ -25,7 +25,7 @@ from lola_drake.results import load_result as load_result
 from lola_drake.scenario import Scenario as Scenario
 from lola_drake.scenario import ScenarioError as ScenarioError
 from lola_drake.scenario import load_scenario as load_scenario
-from lola_drake.settings import settings as settings
+from lola_drake.scenario_keys import settings as settings
 from lola_drake.simulation import simulate as simulate
 from lola_drake.simulation import start as start
 from lola_drake.studies.variants import compare as compare

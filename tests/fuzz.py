@@ -10,7 +10,7 @@ import warnings
 import numpy as np
 
 from lola_drake.scenario import Scenario, ScenarioError, differences, override
-from lola_drake.settings import Setting, settings
+from lola_drake.scenario_keys import Setting, settings
 from lola_drake.simulation import simulate
 
 FIXED = {"duration", "walk.start_time", "pattern.first_double_support", "name", "description"}

@@ -1,6 +1,7 @@
 """What README and docs tell people to type in Python runs; simulations are short here."""
 
 import inspect
+import pkgutil
 import re
 from pathlib import Path
 
@@ -63,6 +64,11 @@ def test_links_lead_somewhere(page):
     for link in re.findall(r"\]\(([^)#\s]+)(?:#[^)]*)?\)", text):
         if "://" not in link:
             assert (page.parent / link).exists(), link
+
+
+def test_no_module_is_called_like_a_public_name():
+    """Who imports it would find the module in the place of what it holds."""
+    assert not {module.name for module in pkgutil.iter_modules(lola.__path__)} & set(lola.__all__)
 
 
 def test_every_public_name_is_in_the_reference():

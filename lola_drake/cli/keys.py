@@ -18,7 +18,7 @@ def keys(
     as_json: Json = False,
 ) -> None:
     """List the settings of a scenario: default, range, unit, and what each is."""
-    from lola_drake.settings import as_rows, settings
+    from lola_drake.scenario_keys import as_rows, settings
 
     with errors_in_one_line():
         found = settings(prefix)

@@ -13,7 +13,7 @@ import numpy as np
 from lola_drake.errors import short, shown
 from lola_drake.results import software_versions
 from lola_drake.scenario import Scenario, ScenarioError, override
-from lola_drake.settings import settings
+from lola_drake.scenario_keys import settings
 from lola_drake.studies import statistics
 from lola_drake.studies.designs import Point
 from lola_drake.studies.factors import Factor, SweepError

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from typer.testing import CliRunner
 
 from lola_drake.cli.app import app
-from lola_drake.settings import settings as known_settings
+from lola_drake.scenario_keys import settings as known_settings
 
 
 def refused(done, folder):
