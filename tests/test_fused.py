@@ -10,7 +10,7 @@ from lola_drake.controller import WalkingController
 from lola_drake.fused import FusedSystem
 from lola_drake.fused_layout import Layout
 from lola_drake.scenario import PREDECESSOR, VARIANTS, Scenario, load_scenario, scenario_paths
-from lola_drake.signals import GAIT_PHASE, PERIOD, Field, Signal
+from lola_drake.signals import GAIT_PHASE, PERIOD, Field, Signal, signal_of, split_foot
 from lola_drake.simulation import ENGINES, make_world, start
 from lola_drake.theory.kinematics import KinematicTree
 from lola_drake.theory.noise import Noise
@@ -156,8 +156,10 @@ def test_the_vector_begins_with_the_state_hidden_parts_first():
         assert (at.stop <= layout.visible.start) == (key in hidden)
         block, part = key
         assert np.array_equal(layout.start[at], layout.blocks[block].initial[part])
+    own = {signal.name: signal for block in layout.blocks.values() for signal in block.signals}
     for name, at in layout.signals.items():
-        assert at.stop - at.start == layout.blocks["imu"].signal(name).size
+        signal = signal_of(name) or own[split_foot(name)[0]]
+        assert at.stop - at.start == signal.size
 
 
 def test_gains_begin_with_the_parameters():

@@ -10,70 +10,13 @@ import numpy as np
 
 from lola_drake.linear.errors import AnalysisError
 from lola_drake.linear.frequency import PER_DECADE, Transfer, frequency_grid
+from lola_drake.linear.margin import Margins, MatrixMargins
 from lola_drake.linear.poles import UNSTABLE, spectral_radius
 from lola_drake.linear.refine import largest, zeros_of
 from lola_drake.linear.tables import margin_table
 
 ENDLESS = 1e9
 """A gain that may grow by this factor may grow by any: what is beyond is rounding."""
-
-
-@dataclass(frozen=True)
-class Margins:
-    """The margins of a loop, alone or as one of several.
-
-    Attributes:
-        name: of the signal at which the loop is opened.
-        stable: whether the closed loop is stable; if not, the margins say how far it is from that.
-        gain_up: the gain may grow by this factor; infinite if by any.
-        gain_up_frequency: where it is reached then (Hz).
-        gain_down: the gain may shrink by this factor; 0 if by any.
-        gain_down_frequency: where it is reached then (Hz).
-        phase: that may be lost, or won, at the most critical gain crossover (deg).
-        phase_frequency: that crossover (Hz).
-        delay: that may be added (s).
-        delay_frequency: the crossover at which it is reached (Hz), not always that of the phase.
-        disk: radius of the disk margin, for gain and phase errors at once (balanced, 0 to 2).
-        disk_frequency: where it is reached (Hz).
-        peak_sensitivity: of S = 1/(1 + L), its largest gain.
-        peak_sensitivity_frequency: where that is (Hz).
-    """
-
-    name: str
-    stable: bool
-    gain_up: float
-    gain_up_frequency: float
-    gain_down: float
-    gain_down_frequency: float
-    phase: float
-    phase_frequency: float
-    delay: float
-    delay_frequency: float
-    disk: float
-    disk_frequency: float
-    peak_sensitivity: float
-    peak_sensitivity_frequency: float
-
-
-@dataclass(frozen=True)
-class MatrixMargins:
-    """The margins of a loop that is opened at several signals at once.
-
-    Attributes:
-        names: of the signals.
-        stable: whether the closed loop is stable.
-        disk: gains and phases of all channels may be wrong at once, each within this disk.
-        disk_frequency: where that is reached (Hz).
-        peak_sensitivity: largest singular value of S = (1 + L)^-1, in units that balance it.
-        peak_sensitivity_frequency: where that is (Hz).
-    """
-
-    names: tuple[str, ...]
-    stable: bool
-    disk: float
-    disk_frequency: float
-    peak_sensitivity: float
-    peak_sensitivity_frequency: float
 
 
 @dataclass(frozen=True)
@@ -244,16 +187,6 @@ def _check(loop: control.StateSpace) -> None:
         raise AnalysisError(
             f"a loop has as many outputs as inputs, not {loop.noutputs} and {loop.ninputs}"
         )
-
-
-def disk_gain(disk: float) -> tuple[float, float]:
-    """Return the factors by which the gain may shrink and grow within a disk margin."""
-    return (2 - disk) / (2 + disk), (2 + disk) / (2 - disk) if disk < 2 else np.inf
-
-
-def disk_phase(disk: float) -> float:
-    """Return the phase (deg) that may be lost or gained within a disk margin."""
-    return float(np.degrees(2 * np.arctan(disk / 2)))
 
 
 def closed_loop_is_stable(loop: control.StateSpace) -> bool:

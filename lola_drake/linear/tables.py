@@ -2,13 +2,10 @@
 
 import math
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
+from lola_drake.linear.margin import Margins
 from lola_drake.linear.poles import Pole
 from lola_drake.linear.text_table import Table
-
-if TYPE_CHECKING:
-    from lola_drake.linear.margins import Margins
 
 SLOWEST, LEAST_DAMPED = 8, 8
 """How many poles are shown of each kind."""
@@ -32,7 +29,7 @@ def pole_table(poles: list[Pole]) -> Table:
     return Table(title, ("z", "s (1/s)", "Hz", "damping", "dominated by"), rows)
 
 
-def margin_table(signal: str, margins: Sequence["Margins"]) -> Table:
+def margin_table(signal: str, margins: Sequence[Margins]) -> Table:
     """Return the margins of every entry of a signal at which a loop is opened."""
     header = ("loop", "stable", "gain up", "gain down", "phase", "delay", "disk", "max |S|")
     rows = tuple(

@@ -12,7 +12,7 @@ import socket
 import threading
 from contextlib import suppress
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
-from urllib.parse import SplitResult, parse_qs, urlsplit
+from urllib.parse import parse_qs, urlsplit
 
 from lola_drake.errors import OutputError, shown
 
@@ -45,7 +45,9 @@ class Door:
             OutputError: if the host is none, or has no free port.
         """
         self.token = secrets.token_urlsafe(16)
-        handler = type("Handler", (_Handler,), {"token": self.token, "inside": urlsplit(inside)})
+        page = urlsplit(inside)
+        place = page.hostname, page.port
+        handler = type("Handler", (_Handler,), {"token": self.token, "inside": place})
         self._server = served(host, PORTS, handler)
         self.port = self._server.server_port
         self.url = f"http://{named(host)}:{self.port}/?token={self.token}"
@@ -84,7 +86,7 @@ def knows(token: str, path: str) -> bool:
 
 class _Handler(BaseHTTPRequestHandler):
     token: str
-    inside: SplitResult
+    inside: tuple[str, int]
 
     def do_GET(self) -> None:  # noqa: N802 (the library's name)
         """Pass on what a browser asks for: the page and its socket with the token alone."""
@@ -101,7 +103,7 @@ class _Handler(BaseHTTPRequestHandler):
 
     def _pass_file(self, path: str) -> None:
         """Answer with one of Meshcat's files; the next request is looked at anew."""
-        connection = http.client.HTTPConnection(self.inside.hostname, self.inside.port, timeout=30)
+        connection = http.client.HTTPConnection(*self.inside, timeout=30)
         try:
             connection.request("GET", path)
             answer = connection.getresponse()
@@ -120,7 +122,7 @@ class _Handler(BaseHTTPRequestHandler):
         """Pass on all that comes from either side, until one of them ends."""
         self.close_connection = True
         with suppress(OSError):
-            inside = socket.create_connection((self.inside.hostname, self.inside.port))
+            inside = socket.create_connection(self.inside)
             with inside:
                 lines = [f"{name}: {value}" for name, value in self.headers.items()]
                 head = "\r\n".join(["GET / HTTP/1.1", *lines, "", ""])

@@ -10,9 +10,8 @@ from linear_toys import PERIOD, discrete, loop
 import lola_drake as lola
 from lola_drake.linear.errors import AnalysisError
 from lola_drake.linear.frequency import frequency_data, frequency_response, zeros
+from lola_drake.linear.margin import disk_gain, disk_phase
 from lola_drake.linear.margins import (
-    disk_gain,
-    disk_phase,
     margins,
     one_loop,
     signal_margins,

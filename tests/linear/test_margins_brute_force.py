@@ -6,7 +6,8 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from lola_drake.linear.margins import Margins, signal_margins
+from lola_drake.linear.margin import Margins
+from lola_drake.linear.margins import signal_margins
 
 COUNT = 10**6
 

@@ -6,7 +6,8 @@ from matplotlib.figure import Figure
 
 from lola_drake.figures.style import add_title
 from lola_drake.linear.frequency import Response, frequency_grid, frequency_response
-from lola_drake.linear.margins import Margins, disk_gain, one_loop
+from lola_drake.linear.margin import Margins, disk_gain
+from lola_drake.linear.margins import one_loop
 from lola_drake.linear.presentation.look import COLOURS, FAINT, INK, LIMIT, in_look
 from lola_drake.linear.presentation.pole_figures import draw_s_plane, draw_z_plane
 from lola_drake.linear.studies.analyses import Analysis, settled_step

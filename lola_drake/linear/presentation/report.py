@@ -2,7 +2,7 @@
 
 import math
 
-from lola_drake.linear.margins import Margins, disk_gain, disk_phase
+from lola_drake.linear.margin import Margins, disk_gain, disk_phase
 from lola_drake.linear.studies.analyses import Analysis, Loop
 from lola_drake.linear.tables import margin_table, pole_table
 

@@ -7,7 +7,8 @@ import control
 import numpy as np
 
 from lola_drake.linear.linearize import state_space
-from lola_drake.linear.margins import Margins, MatrixMargins, margins
+from lola_drake.linear.margin import Margins, MatrixMargins
+from lola_drake.linear.margins import margins
 from lola_drake.linear.open_loop import negated
 from lola_drake.linear.poles import Pole, poles
 from lola_drake.linear.studies.named_analyses import NamedAnalysis, named_analysis
