@@ -47,7 +47,6 @@ def compare(
 ) -> None:
     """Run a scenario in several variants; write a table, a figure and a report of them."""
     from lola_drake.errors import ResultError
-    from lola_drake.interruption import interruption
     from lola_drake.results import check_folder
     from lola_drake.scenario import load_scenario
     from lola_drake.studies.tables import comparison_table
@@ -55,7 +54,6 @@ def compare(
         COMPARISON_FILES,
         comparison,
         write_comparison,
-        write_runs,
     )
     from lola_drake.studies.variants import compare as run
 
@@ -65,9 +63,7 @@ def compare(
         check_folder(folder, force=force, files=COMPARISON_FILES, what="comparison")
         names = [name.strip() for name in variants.split(",")]
         with Console(stderr=True).status(f"{chosen.name}: {variants}"):
-            results = run(chosen, names, jobs)
-        with interruption():
-            write_runs(results, folder, force=force)
+            results = run(chosen, names, jobs, folder, force=force)
         exit_for(results, folder)
         if len(results) < len(names):
             raise ResultError(f"not all variants ran; what was recorded is kept in {folder}")

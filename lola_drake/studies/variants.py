@@ -1,13 +1,14 @@
 """One scenario in several variants, side by side."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from lola_drake.atomic_file import whole_folder, write_json
+from lola_drake.atomic_file import growing_folder, write_json
 from lola_drake.errors import ResultError
 from lola_drake.figures.run_figures import save_figure
 from lola_drake.figures.variants_figure import variants_figure
+from lola_drake.record import RecordedSignals
 from lola_drake.results import Result
 from lola_drake.scenario import Scenario, ScenarioError, as_scenario, override
 from lola_drake.studies.row import Summary, survived
@@ -28,7 +29,12 @@ COMPARED = {
 
 
 def compare(
-    scenario: Scenario | str | Path, variants: Sequence[str] = ("ref", "dyn"), jobs: int = 2
+    scenario: Scenario | str | Path,
+    variants: Sequence[str] = ("ref", "dyn"),
+    jobs: int = 2,
+    folder: str | Path | None = None,
+    *,
+    force: bool = False,
 ) -> list[Result]:
     """Return the runs of a scenario in every variant; several run at a time.
 
@@ -38,34 +44,58 @@ def compare(
         scenario: What to run: a scenario, its name, or the path of its file.
         variants: Of the controller, at least two; the first is what the others are compared with.
         jobs: Number of processes.
+        folder: Where to save the runs while they go on, with all summaries in compare.json. Until
+            the end of all it is called FOLDER.part.
+        force: Replace the comparison that the folder holds.
 
     Raises:
         ScenarioError: If there are not at least two variants, or there is no such one.
-        ResultError: If the processes of all runs were killed.
+        ResultError: If the folder cannot be used or written, or the processes of all runs were
+            killed.
     """
     if len(set(variants)) < max(2, len(variants)):
         raise ScenarioError(f"variants {', '.join(variants)}: at least two, all different")
     base = as_scenario(scenario)
     chosen = [override(base, {"variant": variant}) for variant in variants]
+    if folder is None:
+        return _runs(chosen, jobs, None)
+    kind = {"files": COMPARISON_FILES, "what": "comparison"}
+    with growing_folder(folder, force=force, **kind) as part:
+        results = _runs(chosen, jobs, part)
+    for result in results:
+        if isinstance(result.signals, RecordedSignals):
+            result.signals.move(Path(folder).resolve() / result.scenario.variant)
+    return results
+
+
+def _runs(scenarios: Sequence[Scenario], jobs: int, folder: Path | None) -> list[Result]:
     workers = Processes(jobs) if jobs > 1 else inline
     results: dict[int, Result] = {}
+    orders = [(s, folder and folder / s.variant) for s in scenarios]
     try:
-        for done in workers(_simulated, chosen):
+        for done in workers(_simulated, orders):
             if isinstance(done.answer, Result):
                 results[done.index] = done.answer
+                if folder:
+                    write_json({"variants": _summaries(results.values())}, folder / COMPARISON)
     except KeyboardInterrupt:
         if not results:
             raise
     else:
         if not results:
-            raise ResultError(f"{base.name}: all processes were killed")
+            raise ResultError(f"{scenarios[0].name}: all processes were killed")
     return [results[i] for i in sorted(results)]
 
 
-def _simulated(scenario: Scenario) -> Result:
+def _simulated(order: tuple[Scenario, Path | None]) -> Result:
     from lola_drake.simulation import simulate
 
-    return simulate(scenario)
+    scenario, folder = order
+    return simulate(scenario, folder=folder)
+
+
+def _summaries(results: Iterable[Result]) -> dict[str, Summary]:
+    return {result.scenario.variant: result.summary for result in results}
 
 
 def comparison(results: Sequence[Result]) -> dict[str, object]:
@@ -95,24 +125,6 @@ def _change(first: Any, second: Any) -> Any:
     if first is None or second is None or first == 0:
         return None
     return 100.0 * (second - first) / first
-
-
-def write_runs(results: Sequence[Result], folder: str | Path, *, force: bool = False) -> None:
-    """Write every run, and all summaries, into a folder, wholly or not at all.
-
-    Args:
-        results: the runs, of different variants.
-        folder: must not hold anything, unless `force`.
-        force: replace the comparison that the folder holds.
-
-    Raises:
-        ResultError: If the folder cannot be used or written; it is then as it was.
-    """
-    with whole_folder(folder, force=force, files=COMPARISON_FILES, what="comparison") as partial:
-        for result in results:
-            result.save(partial / result.scenario.variant)
-        summaries = {result.scenario.variant: result.summary for result in results}
-        write_json({"variants": summaries}, partial / COMPARISON)
 
 
 def write_comparison(results: Sequence[Result], folder: str | Path) -> None:

@@ -22,7 +22,7 @@ def lola(make_result, monkeypatch, tmp_path):
     monkeypatch.chdir(tmp_path)
     runs = []
 
-    def simulate(scenario):
+    def simulate(scenario, folder=None):
         runs.append(scenario)
         heights = [obstacle.height for obstacle in scenario.ground.obstacles]
         fell = scenario.variant == "ref" and 0.085 in heights
@@ -30,10 +30,12 @@ def lola(make_result, monkeypatch, tmp_path):
         result = make_result(scenario, steps=2, **fall)
         inclination = np.radians(1.0 if scenario.variant == "dyn" else 2.0)
         result.signals["torso_pose"][1200:1400, 3:5] = inclination
+        if folder is not None:
+            result.save(folder)
         return result
 
     # The pages have tests of their own, and need the whole simulation for their diagram.
-    monkeypatch.setattr(run_report, "report_page", lambda results, replay: "a page")
+    monkeypatch.setattr(run_report, "report_page", lambda *given: "a page")
     monkeypatch.setattr(run_report, "packed_replay", lambda *results: "a replay")
     module = types.SimpleNamespace(simulate=simulate)
     monkeypatch.setitem(sys.modules, "lola_drake.simulation", module)

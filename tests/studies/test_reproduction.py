@@ -28,7 +28,7 @@ def inclined(make_result, monkeypatch):
     `ref` inclines by 4 degrees, `dyn` by 1 degree for each number of the seed, `original` falls.
     """
 
-    def simulate(scenario):
+    def simulate(scenario, folder=None):
         fall = {"completed": False, "fall_time": 1.5} if scenario.variant == "original" else {}
         result = make_result(scenario, steps=1, **fall)
         angle = 4.0 if scenario.variant == "ref" else float(scenario.seed)
