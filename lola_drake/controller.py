@@ -15,6 +15,7 @@ from pydrake.systems.framework import (
 
 from lola_drake.block import Block
 from lola_drake.block_system import system_of
+from lola_drake.blocks.adaptive_walking_pattern import AdaptiveWalkingPattern
 from lola_drake.blocks.com_dynamics import ComDynamics
 from lola_drake.blocks.configuration_force_control import ConfigurationForceControl
 from lola_drake.blocks.foot_force_control import (
@@ -89,8 +90,9 @@ def controller_blocks(
     control = scenario.active_control()
     law = FORCE_LAWS[control.law]
     motion = _configuration_space if law is ConfigurationForceControl else _task_space
+    pattern = AdaptiveWalkingPattern if scenario.pattern.adaptive else WalkingPattern
     return {
-        "walking_pattern": WalkingPattern(
+        "walking_pattern": pattern(
             scenario.pattern,
             leg_model(kinematics),
             steps=steps,

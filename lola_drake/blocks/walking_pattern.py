@@ -119,6 +119,10 @@ class WalkingPatternParams:
     phase_reset: bool = parameter(
         False, "stop the swing and begin the double support at an early contact"
     )
+    step_adaptation: bool = parameter(False, "move the foothold after a push")
+    late_foot_probing: bool = parameter(
+        False, "let the load wait, up to 0.15 s, for a foot that finds no ground"
+    )
     ground_behind: float = parameter(
         1.0,
         "height of the ground expected behind an early foothold: 0 as before it, 1 as under it",
@@ -136,6 +140,11 @@ class WalkingPatternParams:
             allowed = f"<= step_time - {LEAST_SWING:g} s = {self.step_time - LEAST_SWING:.6g} s"
             raise ParameterError("double_support", self.double_support, allowed)
 
+    @property
+    def adaptive(self) -> bool:
+        """Return whether anything changes a step that is under way."""
+        return self.step_adaptation or self.late_foot_probing
+
     def timing(self) -> GaitTiming:
         """Return the part that the schedule of the gait needs."""
         names = GaitTiming.__dataclass_fields__
@@ -151,6 +160,10 @@ REQUEST = Signal(
 
 PLANNED = (TASK_REFERENCE, GAIT_PHASE, IDEAL_WRENCH, PLANNED_MOTION)
 """What a plan says in every tick."""
+
+
+ENDS = np.cumsum([REQUEST.size, *(signal.size for signal in PLANNED)])[:-1]
+"""Where in the state the request ends, and then each of the signals but the last."""
 
 
 class Played(NamedTuple):
@@ -210,9 +223,8 @@ class WalkingPattern(Block):
         )
         self._plans: OrderedDict[bytes, Played] = OrderedDict()
         standing = self._recall(pack_request(standing_request(params))).rows[0]
-        ends = np.cumsum([state.signal.size for state in self.states.values()])[:-1]
-        parts = np.split(standing, ends)
-        super().__init__(params, initial=dict(zip(self.states, parts, strict=True)))
+        names = [signal.name for signal in (REQUEST, *PLANNED)]
+        super().__init__(params, initial=dict(zip(names, np.split(standing, ENDS), strict=True)))
 
     def next_state(self, time, request, contact, walk_command):
         """Return the request and the plan's row of the next tick."""

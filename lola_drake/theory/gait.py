@@ -22,8 +22,15 @@ from lola_drake.theory.footholds import (
 )
 from lola_drake.theory.smooth import linear, quintic
 
-FOOT, TOE, HEADING, HEIGHT, MOTION_SIZE = (slice(0, 4), slice(4, 8)), (8, 9), 10, 11, 12
-"""Where a schedule's motion has the feet's poses, the toes' lifts, the yaw and the CoM's height."""
+FOOT, TOE, HEADING, HEIGHT, PITCH = (slice(0, 4), slice(4, 8)), (8, 9), 10, 11, (12, 13)
+"""Where a schedule's motion has the feet's poses, the toes' lifts, the yaw, the CoM's height and
+the feet's pitch."""
+
+MOTION_SIZE = 14
+
+PITCH_PER_RISE = 2.0
+"""How far a swing foot's heel is lifted over its toe for what it has to rise (rad/m): were it kept
+level, the ankle of a leg that is bent so much would meet its stop (own choice)."""
 
 PLACE = [0, 1, 3]
 """Where a foot's pose has x, y and yaw."""
@@ -90,7 +97,7 @@ class Schedule:
 
     Attributes:
         motion: per foot the TCP's x, y, z (m) and yaw (rad), per foot the toe's lift (rad), the
-            torso's yaw (rad), the CoM's height (m).
+            torso's yaw (rad), the CoM's height (m), per foot the pitch (rad), the heel up.
         load: the left foot's share of the load.
         swings: entries (foot, lift-off time, touchdown time).
         path: the robot's frame on the ground x, y (m), yaw (rad) after every step.
@@ -115,6 +122,7 @@ def make_schedule(
     swing: int,
     support: float,
     displacements: np.ndarray,
+    wait: float = 0.0,
 ) -> Schedule:
     """Lay out steps from the present state until the robot stands again.
 
@@ -129,14 +137,16 @@ def make_schedule(
         swing: which foot swings first.
         support: duration of the first double support (s).
         displacements: one row (forward, left, turn, up) per step, shape (n, 4).
+        wait: how long everything stays as it is before (s).
 
     Returns:
         The schedule, time 0 being now. The feet are side by side at its end; a closing step is
         added where that needs one, and a second one where the last foothold had to make room.
     """
     plan = Schedule(
-        motion=Profile(np.array([*feet[LEFT], *feet[RIGHT], 0.0, 0.0, heading, height])),
+        motion=Profile(np.array([*feet[LEFT], *feet[RIGHT], 0.0, 0.0, heading, height, 0.0, 0.0])),
         load=Profile(np.array([load]), transition=linear),
+        end=wait,
     )
     for displacement in displacements:
         path, ground = advance(path, displacement[:UP]), ground + displacement[UP]
@@ -177,7 +187,7 @@ def _add_step(
     heading = min(max(path[2], stance_yaw - MOST_TURNED), stance_yaw + MOST_TURNED)
     z = end[FOOT[swing]][2]
     top, level = max(z, stance_z, ground) + timing.step_height, (stance_z + ground) / 2
-    across, rise, fall, body = np.zeros((4, MOTION_SIZE))
+    across, rise, fall, body, tilt = np.zeros((5, MOTION_SIZE))
     across[FOOT[swing]] = [x, y, z, yaw] - end[FOOT[swing]]
     rise[FOOT[swing]], rise[TOE[swing]] = [0.0, 0.0, top - z, 0.0], timing.toe_lift
     fall[FOOT[swing]], fall[TOE[swing]] = [0.0, 0.0, ground - top, 0.0], -timing.toe_lift
@@ -189,6 +199,10 @@ def _add_step(
     plan.motion.add(lift_off, up, rise)
     plan.motion.add(down, touchdown, fall)
     plan.motion.add(lift_off, touchdown, body)
+    tilt[PITCH[swing]] = PITCH_PER_RISE * (top - timing.step_height - z)
+    if tilt.any():
+        plan.motion.add(lift_off, up, tilt)
+        plan.motion.add(up, (down + touchdown) / 2, -tilt)
     plan.swings.append((swing, lift_off, touchdown))
     plan.path.append(path)
     plan.end = touchdown

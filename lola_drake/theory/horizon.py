@@ -10,7 +10,16 @@ import numpy as np
 
 from lola_drake.theory.com_trajectory import KnotSpline, solve_com
 from lola_drake.theory.constants import GRAVITY
-from lola_drake.theory.gait import FOOT, HEADING, HEIGHT, TOE, GaitTiming, Schedule, make_schedule
+from lola_drake.theory.gait import (
+    FOOT,
+    HEADING,
+    HEIGHT,
+    PITCH,
+    TOE,
+    GaitTiming,
+    Schedule,
+    make_schedule,
+)
 from lola_drake.theory.leg_masses import LegModel, LegMotion, derivative
 from lola_drake.theory.smooth import bump
 from lola_drake.theory.step_request import StepRequest
@@ -72,6 +81,7 @@ class Sampled:
         time: (s), shape (n,).
         pose, rate: x, y, z, yaw of the left and the right TCP, shape (4, 2, n).
         toe, toe_rate: lift of the left and the right toe (rad, rad/s), shape (2, n).
+        pitch, pitch_rate: the same of how far the heel is up against the toe.
         load, load_rate: shares of the load of the left and the right foot, shape (2, n).
         heading, turn: the torso's yaw (rad) and its rate (rad/s), shape (n,).
         height: the CoM's height with its rate and acceleration (m), shape (3, n).
@@ -82,6 +92,8 @@ class Sampled:
     rate: np.ndarray
     toe: np.ndarray
     toe_rate: np.ndarray
+    pitch: np.ndarray
+    pitch_rate: np.ndarray
     load: np.ndarray
     load_rate: np.ndarray
     heading: np.ndarray
@@ -104,6 +116,8 @@ def sample(schedule: Schedule, time: np.ndarray) -> Sampled:
         rate=np.stack([rate[foot] for foot in FOOT], axis=1),
         toe=value[TOE, :],
         toe_rate=rate[TOE, :],
+        pitch=value[PITCH, :],
+        pitch_rate=rate[PITCH, :],
         load=np.array([load, 1 - load]),
         load_rate=np.array([load_rate, -load_rate]),
         heading=value[HEADING],
@@ -122,6 +136,11 @@ def reference_zmp(model: PatternModel, at: Sampled) -> np.ndarray:
     return (at.load * zmp).sum(axis=1)
 
 
+def shift_shape(time: np.ndarray, wait: float, until: float) -> np.ndarray:
+    """Return the form of the ZMP's shift: it begins after the wait."""
+    return bump((time - wait) / (until - wait))
+
+
 def solve_horizon(model: PatternModel, request: StepRequest) -> Horizon:
     """Return the plan of all given displacements, and of the step in which the robot stops."""
     schedule = make_schedule(
@@ -135,13 +154,14 @@ def solve_horizon(model: PatternModel, request: StepRequest) -> Horizon:
         request.swing,
         request.support,
         request.displacements,
+        request.wait,
     )
     # The ZMP is moved while both feet carry: there it has the most room.
     shifting = schedule.swings[0][1] if schedule.swings else schedule.end
     at = sample(schedule, np.arange(0.0, schedule.end + SETTLING, KNOT_STEP))
     lifting = GRAVITY + at.height[2]
     stiffness = lifting / (at.height[0] - at.ground)
-    zmp, shape = reference_zmp(model, at), bump(at.time / shifting)
+    zmp, shape = reference_zmp(model, at), shift_shape(at.time, request.wait, shifting)
 
     def solve(zmp: np.ndarray) -> tuple[KnotSpline, np.ndarray]:
         start, velocity = request.com[:2], request.com_velocity[:2]

@@ -25,9 +25,10 @@ from lola_drake.theory.horizon import (
     Sampled,
     reference_zmp,
     sample,
+    shift_shape,
     solve_horizon,
 )
-from lola_drake.theory.smooth import bump, quintic
+from lola_drake.theory.smooth import quintic
 from lola_drake.theory.step_request import StepRequest
 
 
@@ -65,7 +66,10 @@ def plan_step(model: PatternModel, request: StepRequest) -> StepPlan:
     at = sample(schedule, model.period * np.arange(round(duration / model.period) + 1))
     position, velocity, acceleration = (values.T for values in horizon.com(at.time))
     com = position, velocity, acceleration
-    zmp = reference_zmp(model, at) + bump(at.time / horizon.shifting) * horizon.shift[:, None]
+    zmp = (
+        reference_zmp(model, at)
+        + shift_shape(at.time, request.wait, horizon.shifting) * horizon.shift[:, None]
+    )
     return StepPlan(
         duration=duration,
         lift_off=horizon.shifting if stepping else np.inf,
@@ -111,6 +115,7 @@ def _task_reference(model: PatternModel, at: Sampled, com: _Motion) -> np.ndarra
     w_dot[:3] = _unturn(at.heading, velocity)
     w_dot[0] += at.turn * y
     w_dot[1] -= at.turn * x
+    w[4], w_dot[4] = np.sin(at.pitch), np.cos(at.pitch) * at.pitch_rate
     w[5], w_dot[5] = at.pose[3] - at.heading, at.rate[3] - at.turn
     fields = {
         "w_l": w[:, LEFT],

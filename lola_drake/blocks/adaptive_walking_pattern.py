@@ -1,0 +1,161 @@
+"""The walking pattern with what changes the step that is under way; each part is a switch.
+
+`step_adaptation` moves the foothold after a push, see `lola_drake.theory.step_adaptation`: at the
+touchdown the plan goes on with the CoM as fast as it makes the foothold the right one, and from the
+place where the foot stands. `late_foot_probing` waits for a foot that finds no ground: the load
+stays on the other foot, by at most `WAIT`, while the force control seeks the ground at its
+`search_speed`. The LOLA group's later publications have both ideas; laws and numbers are our own.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+
+from lola_drake.block import Part, State
+from lola_drake.blocks.walking_pattern import (
+    ENDS,
+    Played,
+    WalkingPattern,
+    continued,
+)
+from lola_drake.signals import (
+    FEET,
+    PERIOD,
+    PLANNED_MOTION,
+    TASK_REFERENCE,
+    TORSO_ORIENTATION,
+    Field,
+    Signal,
+)
+from lola_drake.theory.constants import GRAVITY
+from lola_drake.theory.gait import PLACE
+from lola_drake.theory.step_adaptation import DECIDED, allowed_shift, approach, capture_shift
+from lola_drake.theory.step_plan import StepPlan
+from lola_drake.theory.step_request import StepRequest, pack_request
+
+WAIT = 0.15
+"""How long the load waits for a late foot, at most (s)."""
+
+SHIFT = Signal(
+    "foothold_shift",
+    "How far the swing foot is moved from its plan, how fast, and how far it is to be.",
+    (
+        Field("shift", ("x", "y"), "m", "P"),
+        Field("rate", ("x", "y"), "m/s", "P"),
+        Field("target", ("x", "y"), "m", "P"),
+    ),
+)
+
+W = [TASK_REFERENCE.slice(f"w_{foot}", 2) for foot in FEET]
+W_DOT = [TASK_REFERENCE.slice(f"w_dot_{foot}", 2) for foot in FEET]
+POSE = [PLANNED_MOTION.slice(f"foot_{foot}") for foot in FEET]
+HEADING, COM = PLANNED_MOTION.index("heading"), PLANNED_MOTION.slice("com")
+
+
+class AdaptiveWalkingPattern(WalkingPattern):
+    """Plans each step as the walking pattern does, and changes it while it is under way."""
+
+    state = (*WalkingPattern.state, State(SHIFT, hidden=True))
+    parts = {
+        "phi": Part(TORSO_ORIENTATION, "phi"),
+        "phi_dot": Part(TORSO_ORIENTATION, "phi_dot"),
+    }
+
+    def next_state(self, time, request, contact, walk_command, phi, phi_dot, foothold_shift):
+        """Return the request, the plan's row as it is changed, and the change, of the next tick."""
+        played = self._recall(request)
+        row = round((time - played.request.start_time) / PERIOD)
+        following = self._following(time, contact, walk_command, played.request, played.plan, row)
+        if following is not None:
+            following = moved_on(following, played, foothold_shift[:2])
+            played = self._recall(pack_request(following))
+            row = round((time - following.start_time) / PERIOD)
+            foothold_shift = np.zeros(SHIFT.size)
+        elif self.params.step_adaptation:
+            foothold_shift = next_shift(played, row, phi, phi_dot, foothold_shift)
+        row = min(row + 1, len(played.rows) - 1)
+        return np.append(shifted(played, row, foothold_shift), foothold_shift)
+
+    def _following(
+        self, now, contact, command, request: StepRequest, plan: StepPlan, row: int
+    ) -> StepRequest | None:
+        """Return the request that replaces the present one, with a wait for a late foot."""
+        late = 1 - request.swing
+        if row * PERIOD < request.wait:
+            arrived = on_ground(contact, late)
+            return replace(continued(request, plan, row), wait=0.0) if arrived else None
+        following = super()._following(now, contact, command, request, plan, row)
+        landed = following is not None and following.step_index > request.step_index
+        if not (landed and self.params.late_foot_probing) or on_ground(contact, request.swing):
+            return following
+        return replace(following, wait=WAIT)
+
+
+def on_ground(contact: np.ndarray, foot: int) -> bool:
+    """Return whether any switch of a foot is closed."""
+    return bool(contact[4 * foot : 4 * foot + 4].any())
+
+
+def next_shift(
+    played: Played, row: int, phi: np.ndarray, phi_dot: np.ndarray, shift: np.ndarray
+) -> np.ndarray:
+    """Return the shift of the swing foot in the next tick.
+
+    Args:
+        played: the plan.
+        row: of the plan, now.
+        phi: inclination of the torso (rad), shape (2,).
+        phi_dot: its rate (rad/s).
+        shift: now, as the signal `foothold_shift`.
+    """
+    request, plan, time = played.request, played.plan, row * PERIOD
+    if not plan.lift_off <= time < plan.duration:
+        return np.zeros(SHIFT.size)
+    moved, rate, target = np.split(shift, 3)
+    if time < plan.lift_off + DECIDED * (plan.duration - plan.lift_off):
+        now, end = plan.planned_motion[row], plan.planned_motion[-1]
+        standing = now[POSE[1 - request.swing]]
+        height = now[COM][2] - standing[2]
+        wanted = capture_shift(phi, phi_dot, height, plan.duration - time)
+        place = end[POSE[request.swing]][PLACE]
+        target = allowed_shift(_turned(wanted, now[HEADING]), place, request.swing, standing[PLACE])
+    acceleration = approach(moved, rate, target, plan.duration - time)
+    rate = rate + PERIOD * acceleration
+    return np.concatenate([moved + PERIOD * rate, rate, target])
+
+
+def shifted(played: Played, row: int, shift: np.ndarray) -> np.ndarray:
+    """Return the request and a plan's row with the swing foot moved."""
+    state, swing = played.rows[row], played.request.swing
+    if not shift.any():
+        return state
+    state = state.copy()
+    _, task, _, _, motion = np.split(state, ENDS)
+    before = played.plan.planned_motion[row - 1]
+    heading, turn = motion[HEADING], (motion[HEADING] - before[HEADING]) / PERIOD
+    x, y = _turned(shift[:2], -heading)
+    task[W[swing]] += x, y
+    task[W_DOT[swing]] += _turned(shift[2:4], -heading) + [turn * y, -turn * x]
+    motion[POSE[swing]][:2] += shift[:2]
+    return state
+
+
+def moved_on(following: StepRequest, played: Played, shift: np.ndarray) -> StepRequest:
+    """Return what follows a step whose foot came down elsewhere: it goes on from there."""
+    if not shift.any():
+        return following
+    swing = played.request.swing
+    feet = [foot.copy() for foot in following.feet]
+    feet[swing][:2] += shift
+    omega = np.sqrt(GRAVITY / (following.com[2] - feet[swing][2]))
+    return replace(
+        following,
+        feet=(feet[0], feet[1]),
+        path=following.path + [*shift, 0.0],
+        com_velocity=following.com_velocity + [*omega * shift, 0.0],
+    )
+
+
+def _turned(vector: np.ndarray, yaw: float) -> np.ndarray:
+    c, s = np.cos(yaw), np.sin(yaw)
+    return np.array([c * vector[0] - s * vector[1], s * vector[0] + c * vector[1]])
