@@ -9,7 +9,14 @@ from lola_drake.blocks.force_laws import FORCE_LAWS
 from lola_drake.controller import WalkingController
 from lola_drake.fused import FusedSystem
 from lola_drake.fused_layout import Layout
-from lola_drake.scenario import PREDECESSOR, VARIANTS, Scenario, load_scenario, scenario_paths
+from lola_drake.scenario import (
+    PREDECESSOR,
+    VARIANTS,
+    Scenario,
+    load_scenario,
+    override,
+    scenario_paths,
+)
 from lola_drake.signals import GAIT_PHASE, PERIOD, Field, Signal, signal_of, split_foot
 from lola_drake.simulation import ENGINES, make_world, start
 from lola_drake.theory.kinematics import KinematicTree
@@ -377,6 +384,19 @@ def test_pushes_and_faults_run_the_same_in_both_engines():
     usual = run_of(load_scenario("walk_flat", AT_ONCE))
     other, _ = assert_engines_equal(load_scenario("walk_flat", AT_ONCE | disturbed))
     assert not np.array_equal(usual.signal("joint_command"), other.signal("joint_command"))
+
+
+def test_a_pattern_that_changes_its_steps_runs_the_same_in_both_engines():
+    """A push in the first step, which ends over an edge: the foothold moves, and the load waits."""
+    edge = {"position": [-0.3, 0.0], "size": [0.96, 1.2], "height": 0.05}
+    fast = {"pattern.step_time": 0.5, "pattern.double_support": 0.25, "duration": 0.55}
+    pushed = {"pushes": [{"time": 0.1, "impulse": 9.0}], "ground.obstacles": [edge]}
+    usual = load_scenario("walk_flat", AT_ONCE | fast | pushed)
+    plain = run_of(usual)
+    for switch in ("step_adaptation", "late_foot_probing"):
+        changed, _ = assert_engines_equal(override(usual, {f"pattern.{switch}": True}))
+        name = "planned_motion" if switch == "step_adaptation" else "gait_phase"
+        assert not np.array_equal(plain.signal(name), changed.signal(name))
 
 
 def test_a_command_is_followed_the_same_in_both_engines():

@@ -7,7 +7,15 @@ from hypothesis import strategies as st
 
 from lola_drake.blocks.walking_pattern import WalkingPatternParams
 from lola_drake.theory.footholds import LEFT, RIGHT, UP, advance, foothold, sole
-from lola_drake.theory.gait import FOOT, HEADING, HEIGHT, Profile, make_schedule
+from lola_drake.theory.gait import (
+    FOOT,
+    HEADING,
+    HEIGHT,
+    PITCH,
+    PITCH_PER_RISE,
+    Profile,
+    make_schedule,
+)
 
 TIMING = WalkingPatternParams().timing()
 displacements = st.lists(
@@ -149,6 +157,16 @@ def test_swing_foot_clears_both_levels(up):
     foot, lift_off, touchdown = plan.swings[1]
     z = plan.motion(np.linspace(lift_off, touchdown, 99))[0][FOOT[foot]][2]
     assert z.max() == pytest.approx(max(0.0, 2 * up) + TIMING.step_height)
+
+
+@pytest.mark.parametrize("up", [0.12, 0.0, -0.12])
+def test_heel_is_lifted_where_the_foot_has_far_to_rise_and_level_where_it_lands(up):
+    plan = schedule([[0.35, 0.0, 0.0, up]] * 3)
+    foot, lift_off, touchdown = plan.swings[1]
+    pitch = plan.motion(np.linspace(lift_off, touchdown, 99))[0][PITCH[foot]]
+    assert pitch[[0, -1]] == pytest.approx(0.0, abs=1e-12)
+    assert pitch.max() == pytest.approx(PITCH_PER_RISE * max(2 * up, 0.0))
+    assert pitch.min() > -1e-12
 
 
 @given(displacements)
