@@ -80,15 +80,15 @@ class AdaptiveWalkingPattern(WalkingPattern):
         self, now, contact, command, request: StepRequest, plan: StepPlan, row: int
     ) -> StepRequest | None:
         """Return the request that replaces the present one, with a wait for a late foot."""
-        late = 1 - request.swing
         if row * PERIOD < request.wait:
-            arrived = on_ground(contact, late)
+            arrived = on_ground(contact, 1 - request.swing)
             return replace(continued(request, plan, row), wait=0.0) if arrived else None
         following = super()._following(now, contact, command, request, plan, row)
-        landed = following is not None and following.step_index > request.step_index
-        if not (landed and self.params.late_foot_probing) or on_ground(contact, request.swing):
+        if following is None or not self.params.late_foot_probing:
             return following
-        return replace(following, wait=WAIT)
+        landed = following.step_index > request.step_index
+        late = landed and not on_ground(contact, request.swing)
+        return replace(following, wait=WAIT) if late else following
 
 
 def on_ground(contact: np.ndarray, foot: int) -> bool:

@@ -13,7 +13,7 @@ publications (Buschmann et al. 2007, 2010). The numbers are our own choice unles
 
 from collections import OrderedDict
 from dataclasses import dataclass, replace
-from typing import NamedTuple
+from typing import ClassVar, NamedTuple
 
 import numpy as np
 
@@ -189,7 +189,7 @@ class WalkingPattern(Block):
 
     Params = WalkingPatternParams
     kind = "planning"
-    state = (State(REQUEST, hidden=True), *PLANNED)
+    state: ClassVar[tuple[Signal | State, ...]] = (State(REQUEST, hidden=True), *PLANNED)
     held = True
     params: WalkingPatternParams
 

@@ -42,7 +42,7 @@ def capture_shift(
     lean_x, lean_y = phi + phi_dot / omega
     deviation = height * np.array([lean_y, -lean_x])
     shift = deviation * np.exp(omega * time_left)
-    size = np.linalg.norm(shift)
+    size = float(np.linalg.norm(shift))
     return shift * (min(max(size - DEAD, 0.0), MOST) / size if size > 0 else 0.0)
 
 
