@@ -9,8 +9,8 @@ from math import radians
 import numpy as np
 
 from lola_drake.ground import Ground
-from lola_drake.obstacles import Footprint
 from lola_drake.parameters import ParameterError
+from lola_drake.partial_footholds import Footprint
 from lola_drake.signals import FEET
 from lola_drake.theory.footholds import (
     GREATEST_AGAIN,

@@ -9,8 +9,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from lola_drake.obstacles import Field, Foothold, Footprint, Obstacle, Stairs
+from lola_drake.obstacles import Field, Obstacle, Stairs
 from lola_drake.parameters import ParameterError, listing, parameter, validate
+from lola_drake.partial_footholds import Foothold, Footprint
 from lola_drake.theory.rectangles import common
 
 LEVEL = 0.01

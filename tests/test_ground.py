@@ -5,8 +5,9 @@ import pytest
 from pydrake.math import RollPitchYaw
 
 from lola_drake.ground import Ground
-from lola_drake.obstacles import Field, Foothold, Footprint, Obstacle, Stairs
+from lola_drake.obstacles import Field, Obstacle, Stairs
 from lola_drake.parameters import ParameterError
+from lola_drake.partial_footholds import Foothold, Footprint
 from lola_drake.scenario import Scenario, ScenarioError, load_scenario
 from lola_drake.theory.rectangles import Rectangle, common
 

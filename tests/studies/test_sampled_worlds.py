@@ -78,3 +78,22 @@ def test_a_turned_obstacle_moves_along_its_length():
 def test_the_experiments_say_what_is_free(name):
     (obstacle,) = load_scenario(name).ground.obstacles
     assert obstacle.free_shift[0] < 0.0 < obstacle.free_shift[1]
+
+
+def test_stairs_and_footholds_move_and_fields_are_drawn_anew():
+    stairs = load_scenario("stairs_blind")
+    field = load_scenario("rough_field")
+    half = load_scenario("half_board")
+    for base in (stairs, half):
+        boards = [sample_world(base, seed).terrain.boards for seed in SEEDS]
+        moved = (
+            np.array([found[0].position[0] for found in boards])
+            - base.terrain.boards[0].position[0]
+        )
+        low, high = (base.ground.stairs or base.ground.footholds)[0].free_shift
+        assert low <= moved.min() < moved.max() <= high and np.ptp(moved) > 0.5 * (high - low)
+        assert {found[0].size for found in boards} == {base.terrain.boards[0].size}
+    seeds = [sample_world(field, seed).ground.fields[0].seed for seed in SEEDS]
+    assert len(set(seeds)) == len(seeds)
+    assert seeds == [sample_world(field, seed).ground.fields[0].seed for seed in SEEDS]
+    assert sample_world(field, 1).ground.obstacles == field.ground.obstacles
