@@ -39,7 +39,7 @@ def _together(loop: Loop) -> str:
     disk = loop.together.disk
     low, high = disk_gain(disk)
     return (
-        f"\nall at once: disk margin {disk:.2f} at {loop.together.disk_frequency:.3g} Hz, "
+        f"\nall at once: disk margin {disk:.2f} at {loop.together.disk_frequency:.3g} Hz,\n"
         f"gains x{low:.2f} to x{high:.2f} or {disk_phase(disk):.0f} deg in every channel"
     )
 
