@@ -1,6 +1,6 @@
-"""Does a test fail where the code is wrong? The long form of the tests, a command:
+"""Does a test fail where the code is wrong? A command, the long form of the tests.
 
-    pip install cosmic-ray pytest-cov
+    pip install '.[test,mutation]'
     python tests/mutation.py                # the thirteen of version 0.1, and 200 at random
     python tests/mutation.py --samples 50 --seed 3
 

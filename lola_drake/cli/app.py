@@ -14,6 +14,7 @@ from typer.core import TyperGroup
 
 from lola_drake.cli import (
     benchmarks,
+    claims,
     evaluate,
     keys,
     linear,
@@ -55,7 +56,17 @@ app = typer.Typer(
     no_args_is_help=True,
     pretty_exceptions_enable=False,
 )
-for theme in (simulate, keys, pictures, studies, sweep, evaluate, benchmarks, linear):
+for theme in (
+    simulate,
+    keys,
+    claims,
+    pictures,
+    studies,
+    sweep,
+    evaluate,
+    benchmarks,
+    linear,
+):
     app.add_typer(theme.app)
 app.add_typer(study.app, name="study")
 
