@@ -10,7 +10,9 @@ from pydrake.math import RollPitchYaw
 from lola_drake.blocks.foot_force_control import (
     FORCE_CONTROLLED,
     TOUCHED,
+    FootForceControl,
     FootSensor,
+    grip_of,
     limited_rate,
     modification_rate,
     overdue_time,
@@ -265,3 +267,22 @@ def test_without_a_speed_a_late_foot_waits_for_its_load():
     foot.plan(1.0)
     foot.step(300)
     assert foot.modification()[2] == pytest.approx(0.0, abs=1e-12)
+
+
+def test_the_wrench_is_turned_by_the_foot_as_it_is_commanded():
+    """Plan and modification count together, whichever of them tilts the foot."""
+    law = FootForceControl.laws["contact_wrench"]
+    planned = law(MEASURED, [0, 0, 0, 0.05, -0.03, 0.2], [0.0, 0.0, 0.0], SENSOR)
+    modified = law(MEASURED, [0, 0, 0, 0.01, 0.02, 0.2], [0.04, -0.05, 0.01], SENSOR)
+    assert modified == pytest.approx(planned)
+    assert planned != pytest.approx(law(MEASURED, [0, 0, 0, 0, 0, 0.2], [0.0, 0.0, 0.0], SENSOR))
+
+
+def test_a_foot_grips_in_proportion_to_its_load_between_none_and_all():
+    assert [grip_of(force, 100.0) for force in (-50.0, 0.0, 25.0, 100.0, 300.0)] == [
+        0.0,
+        0.0,
+        0.25,
+        1.0,
+        1.0,
+    ]

@@ -14,6 +14,7 @@ from lola_drake.blocks.walking_pattern import (
 )
 from lola_drake.robot import Kinematics, leg_model
 from lola_drake.signals import GAIT_PHASE, PLANNED_MOTION, TASK_REFERENCE
+from lola_drake.theory.footholds import foothold
 from lola_drake.theory.step_request import pack_request, unpack_request
 
 CLOSED = np.ones(4)
@@ -79,6 +80,9 @@ def test_contact_while_swinging_becomes_the_foothold(legs):
     foot = PLANNED_MOTION.slice("foot_" + "lr"[swing])
     assert request.feet[swing] == pytest.approx(before[foot])
     assert request.ground == pytest.approx(before[foot][2])
+    # The path goes on in the middle between this foothold and that of the other foot.
+    width = walker.block.params.step_width
+    assert foothold(request.path, swing, width) == pytest.approx(before[foot][[0, 1, 3]])
     after = walker.output("planned_motion")
     for name in ("com", "com_velocity"):
         part = PLANNED_MOTION.slice(name)

@@ -179,3 +179,22 @@ def test_mirrored_steps_give_the_mirrored_schedule(steps):
             other = mirrored(other[FOOT[1 - foot]].T)
             np.testing.assert_allclose(one[FOOT[foot]].T, other, rtol=1e-9, atol=1e-9)
     np.testing.assert_allclose(plan.load(time)[0], 1 - mirror.load(time)[0], atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("heights", "ground"), [((0.0, 0.1), 0.0), ((0.1, 0.0), 0.0), ((0, 0), 0.1)]
+)
+def test_a_step_clears_what_is_highest_and_the_body_rises_half_way(heights, ground):
+    """The stance foot, the place that it leaves, and the place where it is to stand."""
+    feet = tuple(
+        np.insert(foothold(np.zeros(3), foot, TIMING.step_width), 2, z)
+        for foot, z in zip((LEFT, RIGHT), heights, strict=True)
+    )
+    step = np.array([[0.3, 0.0, 0.0, 0.0]])
+    plan = make_schedule(TIMING, feet, 0.0, 0.87, 0.0, np.zeros(3), ground, LEFT, 0.4, step)
+    _, lift_off, touchdown = plan.swings[0]
+    value, _, _ = plan.motion(np.linspace(lift_off, touchdown, 801))
+    highest = value[FOOT[LEFT]][2].max()
+    assert highest == pytest.approx(max(*heights, ground) + TIMING.step_height)
+    body = value[HEIGHT][-1] if np.ndim(value[HEIGHT]) else value[HEIGHT]
+    assert body == pytest.approx(TIMING.com_height + (heights[RIGHT] + ground) / 2)

@@ -327,6 +327,19 @@ def test_plan_does_not_depend_on_where_it_is(model, walks):
     assert again.ideal_wrench == pytest.approx(plan.ideal_wrench, abs=1e-6)
 
 
+def test_forces_do_not_depend_on_the_height_of_the_ground(model, walks):
+    request, plan = walks["turning"][1]
+    up = np.array([0.0, 0.0, 0.3, 0.0])
+    raised = replace(
+        request,
+        feet=tuple(foot + up for foot in request.feet),
+        ground=request.ground + 0.3,
+        com=request.com + 0.3 * (np.arange(request.com.size) == 2).reshape(request.com.shape),
+    )
+    again = plan_step(model, raised)
+    assert again.ideal_wrench == pytest.approx(plan.ideal_wrench, abs=1e-6)
+
+
 def test_plan_does_not_depend_on_the_direction(model, walks):
     request, plan = walks["straight"][2]
     turn = 0.9
