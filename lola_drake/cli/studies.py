@@ -162,7 +162,5 @@ def tune(
     with errors_in_one_line():
         what = (law_gains(law), law) if law else (GAINS, "hybrid")
     with studying(folder, jobs, cluster, "trials", budget) as (study, advance):
-        trials = search(study, samples, budget, lambda trials: advance(len(trials)), *what)
-    conclude(
-        folder, "tuning", lambda: record(trials, samples, *what), tuning_table, as_json=as_json
-    )
+        found = search(study, samples, budget, advance, *what)
+    conclude(folder, "tuning", lambda: record(found, samples, *what), tuning_table, as_json=as_json)

@@ -81,12 +81,13 @@ def tuning_table(content: Mapping) -> Table:
     """Return the record of a search for gains as a table: where it began, and what it chose."""
     table = Table(title=f"gains of {content['variant']}, worlds: {len(content['seeds'])}")
     table.add_column("")
-    for name in ("start", "chosen"):
+    for name in ("start", "chosen", "importance"):
         table.add_column(name, justify="right")
-    start, chosen = content["start"], content["chosen"]
+    start, chosen, importance = (content[name] for name in ("start", "chosen", "importance"))
     for key, unit in content["units"].items():
         values = (number(trial["values"][key]) for trial in (start, chosen))
-        table.add_row(f"{key} ({unit})", *values)
+        share = f"{100 * importance[key]:.0f} %" if key in importance else "-"
+        table.add_row(f"{key} ({unit})", *values, share)
     table.add_section()
     for name in ("falls", "overloaded", "inclination_deg"):
         table.add_row(name, *(number(trial[name]) for trial in (start, chosen)))

@@ -8,16 +8,19 @@ the ground surprises, and swing all the time.
 """
 
 import dataclasses
-from collections.abc import Callable, Mapping, Sequence
+import hashlib
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from lola_drake import typed_yaml
 from lola_drake.results import software_versions
 from lola_drake.scenario import Control, Scenario, load_scenario
+from lola_drake.scenario_keys import Setting, settings
 from lola_drake.studies.row import Summary, survived
+from lola_drake.studies.run_key import software_digest
 from lola_drake.studies.sampled_worlds import sample_world
+from lola_drake.studies.search import Range, Score, Search, Values, search
 from lola_drake.studies.study import Study
 
 SCENARIOS = ("step_down", "board_9cm")
@@ -29,8 +32,8 @@ CALM, CALM_DURATION = "walk_flat", 6.0
 FIRST_SEED = 1000
 """Of the worlds to choose in: none of them is among those to measure in, which begin at 0."""
 
-FINEST = 0.2
-"""The search ends when the steps have become this part of the first ones."""
+REACH, FINEST = 4, 8
+"""A gain is looked for so many steps up and down, in so many parts of a step."""
 
 
 @dataclass(frozen=True)
@@ -39,13 +42,31 @@ class Gain:
 
     Attributes:
         key: of the scenario.
-        step: by which it is changed at first.
+        step: a change of it that can be felt.
         unit: of it and the step.
     """
 
     key: str
     step: float
     unit: str
+
+    @property
+    def start(self) -> float:
+        """Return its present value."""
+        return float(_setting(self.key).default)  # type: ignore[arg-type]
+
+    def range(self) -> Range:
+        """Return where it is looked for: around its present value, where it is allowed at all."""
+        setting, fine = _setting(self.key), self.step / FINEST
+        assert setting.maximum is not None
+        least = setting.minimum if setting.above is None else setting.above + fine
+        down = min(REACH * FINEST, int((self.start - (least or 0.0)) / fine))
+        up = min(REACH * FINEST, int((setting.maximum - self.start) / fine))
+        return Range(self.start, fine, down, up)
+
+
+def _setting(key: str) -> Setting:
+    return next(found for found in settings(key) if found.key == key)
 
 
 GAINS = (
@@ -57,7 +78,7 @@ GAINS = (
 )
 
 STEPS_OF_A_SLIDER = 8
-"""The first step of a force law's gain is this part of its slider."""
+"""The step of a force law's gain is this part of its slider."""
 
 
 def law_gains(law: str) -> tuple[Gain, ...]:
@@ -70,25 +91,6 @@ def law_gains(law: str) -> tuple[Gain, ...]:
         Gain(f"control.{name}.{f.name}", (high - low) / STEPS_OF_A_SLIDER, f.metadata["unit"])
         for f, (low, high, _) in ((f, f.metadata["slider"]) for f in turned)
     )
-
-
-Values = Mapping[str, float]
-
-
-@dataclass(frozen=True, order=True)
-class Score:
-    """How good gains are; less is better, and what stands first counts first.
-
-    Attributes:
-        falls: number of runs that ended in a fall, or in an error.
-        overloaded: number of walks on flat ground in which anything reached its limit.
-        inclination_deg: geometric mean over the runs that stay up of the largest inclination, of x
-            and y together: a tenth less counts alike wherever it is, on flat ground, too.
-    """
-
-    falls: int
-    overloaded: int
-    inclination_deg: float
 
 
 def score(summaries: Sequence[Summary]) -> Score:
@@ -105,65 +107,6 @@ def score(summaries: Sequence[Summary]) -> Score:
         overloaded=sum(any(summary["steps_beyond_limits"].values()) for summary in calm),
         inclination_deg=float(mean),
     )
-
-
-@dataclass(frozen=True)
-class Trial:
-    """Gains that were tried, and what came of it."""
-
-    values: Values
-    score: Score
-
-    def report(self) -> dict[str, object]:
-        """Return it as plain data."""
-        return {"values": dict(self.values), **dataclasses.asdict(self.score)}
-
-
-def coordinate_search(
-    evaluate: Callable[[Values], Score],
-    start: Values,
-    steps: Values,
-    budget: int,
-    progress: Callable[[Sequence[Trial]], None] = lambda trials: None,
-) -> list[Trial]:
-    """Return all trials of a search for the least score, in their order.
-
-    One value after the other is changed by its step, up and then down, and the change is kept if
-    it is better. When a round over all values improves nothing, the steps are halved. Values at
-    which `evaluate` raises a ValueError are not allowed and cost nothing.
-
-    Args:
-        evaluate: returns the score of values.
-        start: the values to begin with.
-        steps: by which they are changed at first.
-        budget: number of trials.
-        progress: called with the trials after each of them.
-    """
-    trials = [Trial(dict(start), evaluate(start))]
-    progress(trials)
-
-    def attempt(values: Values) -> Trial | None:
-        if len(trials) >= budget or any(values == trial.values for trial in trials):
-            return None
-        try:
-            trials.append(Trial(values, evaluate(values)))
-        except ValueError:
-            return None
-        progress(trials)
-        return trials[-1]
-
-    found, scale = trials[0], 1.0
-    while len(trials) < budget and scale > FINEST:
-        before = found
-        for key, step in steps.items():
-            for change in (scale * step, -scale * step):
-                trial = attempt({**found.values, key: round(found.values[key] + change, 9)})
-                if trial is not None and trial.score < found.score:
-                    found = trial
-                    break
-        if found is before:
-            scale /= 2
-    return trials
 
 
 def tuning_scenarios(values: Values, samples: int, law: str = "hybrid") -> list[Scenario]:
@@ -183,17 +126,18 @@ def tune(
     study: Study,
     samples: int,
     budget: int,
-    progress: Callable[[Sequence[Trial]], None] = lambda trials: None,
+    progress: Callable[[int], None] = lambda done: None,
     gains: Sequence[Gain] = GAINS,
     law: str = "hybrid",
-) -> list[Trial]:
-    """Return all trials of a search for the gains of `ref`, beginning with the present ones.
+) -> Search:
+    """Return a search for the gains of `ref`, beginning with the present ones.
 
     Args:
-        study: where the runs are kept, so that a search that was stopped can go on.
+        study: what keeps and makes the runs; its file keeps the trials, too, so that a search that
+            was stopped can go on.
         samples: number of worlds.
         budget: number of trials; each needs `samples` runs of every scenario.
-        progress: called with the trials after each of them.
+        progress: called with the number of trials after each of them.
         gains: what to tune.
         law: the force law that `ref` has.
     """
@@ -201,15 +145,14 @@ def tune(
     def evaluate(values: Values) -> Score:
         return score(study.run(tuning_scenarios(values, samples, law)))
 
-    defaults = typed_yaml.leaves(typed_yaml.plain(Scenario()))
-    start = {gain.key: defaults[gain.key] for gain in gains}
-    return coordinate_search(
-        evaluate, start, {gain.key: gain.step for gain in gains}, budget, progress
-    )
+    ranges = {gain.key: gain.range() for gain in gains}
+    told = repr((software_digest(), samples, law, gains))
+    name = f"tune {law}, {samples} worlds, {hashlib.sha256(told.encode()).hexdigest()[:16]}"
+    return search(study.store.file, name, evaluate, ranges, budget, progress)
 
 
 def record(
-    trials: Sequence[Trial], samples: int, gains: Sequence[Gain] = GAINS, law: str = "hybrid"
+    found: Search, samples: int, gains: Sequence[Gain] = GAINS, law: str = "hybrid"
 ) -> dict[str, object]:
     """Return what is kept of a search: where it was done, every trial, and what it chose."""
     return {
@@ -218,13 +161,11 @@ def record(
         "scenarios": [*SCENARIOS, CALM],
         "seeds": list(range(FIRST_SEED, FIRST_SEED + samples)),
         "units": {gain.key: gain.unit for gain in gains},
-        "start": trials[0].report(),
-        "chosen": best(trials).report(),
-        "trials": [trial.report() for trial in trials],
+        "ranges": {gain.key: [gain.range().low, gain.range().high] for gain in gains},
+        "start": found.trials[0].report(),
+        "chosen": found.best().report(),
+        "front": [trial.report() for trial in found.front()],
+        "importance": dict(found.importance),
+        "trials": [trial.report() for trial in found.trials],
         "versions": software_versions(),
     }
-
-
-def best(trials: Sequence[Trial]) -> Trial:
-    """Return the trial of the least score."""
-    return min(trials, key=lambda trial: trial.score)

@@ -1,8 +1,9 @@
-"""The search for gains: finds the least of a known function, keeps its budget, uses ref alone."""
+"""The search for gains: what it looks at, where, and in which worlds; it uses ref alone."""
 
 import dataclasses
 import json
 import math
+import types
 
 import pytest
 
@@ -10,38 +11,8 @@ from lola_drake.blocks.force_laws import FORCE_LAWS
 from lola_drake.scenario import Control, Scenario, override
 from lola_drake.studies import tuning
 from lola_drake.studies.reproduction import EXPERIMENTS
-from lola_drake.studies.tuning import GAINS, Score, best, coordinate_search, score
-
-
-def valley(values):
-    """Return a score that is least at a = 1.3, b = -2."""
-    return Score(0, 0, (values["a"] - 1.3) ** 2 + 0.5 * (values["b"] + 2.0) ** 2)
-
-
-STEPS = {"a": 0.8, "b": 0.8}
-
-
-def test_search_finds_the_least():
-    trials = coordinate_search(valley, {"a": 0.0, "b": 0.0}, STEPS, budget=80)
-    found = best(trials).values
-    assert found == pytest.approx({"a": 1.3, "b": -2.0}, abs=0.3)
-
-
-def test_search_keeps_its_budget_and_tries_nothing_twice():
-    trials = coordinate_search(valley, {"a": 0.0, "b": 0.0}, STEPS, budget=9)
-    assert len(trials) == 9
-    assert len({tuple(trial.values.values()) for trial in trials}) == 9
-    assert trials[0].values == {"a": 0.0, "b": 0.0}
-
-
-def test_search_stays_among_the_allowed_values():
-    def evaluate(values):
-        if values["a"] > 1.0:
-            raise ValueError("not allowed")
-        return valley(values)
-
-    trials = coordinate_search(evaluate, {"a": 0.0, "b": 0.0}, STEPS, budget=80)
-    assert 0.8 <= best(trials).values["a"] <= 1.0
+from lola_drake.studies.search import Range, Score
+from lola_drake.studies.tuning import GAINS, score
 
 
 def summary(scenario="step_down", fell=False, x=0.0, y=0.0, torque=0):
@@ -100,23 +71,56 @@ def test_only_ref_decides_and_not_in_the_worlds_of_the_reproduction():
     assert not measured & {run.seed for run in runs}
 
 
-def test_the_record_holds_every_trial():
-    class Made:
-        """Stands for a study: its runs incline by the damping's distance from 400."""
+class Made:
+    """Stands for a study: its runs incline by the damping's distance from 400."""
 
-        @staticmethod
-        def run(scenarios):
-            distance = abs(scenarios[0].control.stabilizer.damping - 400.0) / 100.0
-            return [summary(y=distance)]
+    def __init__(self, file):
+        self.store = types.SimpleNamespace(file=file)
+        self.runs = []
 
+    def run(self, scenarios):
+        self.runs.append(scenarios[0].control.stabilizer.damping)
+        return [summary(y=abs(self.runs[-1] - 400.0) / 100.0 + 0.1)]
+
+
+@pytest.fixture(scope="module")
+def found(tmp_path_factory):
     told = []
-    trials = tuning.tune(
-        Made(), samples=2, budget=24, progress=lambda trials: told.append(len(trials))
-    )
-    content = json.loads(json.dumps(tuning.record(trials, samples=2)))
-    assert told == list(range(1, 25))
-    assert len(trials) == len(content["trials"]) == 24
+    study = Made(tmp_path_factory.mktemp("study") / "runs.sqlite")
+    return tuning.tune(study, samples=2, budget=20, progress=told.append), told
+
+
+def test_the_record_holds_every_trial(found):
+    search, told = found
+    content = json.loads(json.dumps(tuning.record(search, samples=2)))
+    assert told == list(range(21))
+    assert len(content["trials"]) == 20
     assert content["seeds"] == [1000, 1001]
     assert content["start"]["values"]["control.stabilizer.damping"] == 300.0
-    assert content["chosen"]["values"]["control.stabilizer.damping"] == 380.0
+    assert content["chosen"]["values"]["control.stabilizer.damping"] == pytest.approx(400.0, abs=25)
     assert content["chosen"]["falls"] == 0
+    importance = content["importance"]
+    assert max(importance, key=importance.get) == "control.stabilizer.damping"
+
+
+def test_gains_are_looked_for_where_they_are_allowed():
+    for gain in GAINS:
+        at = gain.range()
+        assert at.low < gain.start < at.high
+        for value in (at.low, gain.start, at.high):
+            override(Scenario(), {gain.key: value})
+    damping = next(gain for gain in GAINS if gain.key == "control.stabilizer.damping")
+    assert damping.range() == Range(300.0, 5.0, down=32, up=32)
+    assert (damping.range().low, damping.range().high) == (140.0, 460.0)
+
+
+def test_a_search_that_was_stopped_goes_on(tmp_path):
+    file = tmp_path / "runs.sqlite"
+    whole = tuning.tune(Made(tmp_path / "whole.sqlite"), samples=2, budget=12)
+    tuning.tune(Made(file), samples=2, budget=5)
+    again = Made(file)
+    assert tuning.tune(again, samples=2, budget=12).trials == whole.trials
+    assert len(again.runs) == 7
+    other = Made(file)
+    tuning.tune(other, samples=3, budget=5)
+    assert len(other.runs) == 5
