@@ -8,6 +8,7 @@ FAULTS = (
     "sensors.foot_force.bias_l",
     "sensors.foot_force.bias_r",
     "sensors.contact.dead",
+    "sensors.missed",
     "control.servos.missed",
 )
 """The settings that are faults."""

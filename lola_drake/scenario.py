@@ -27,6 +27,7 @@ from lola_drake.blocks.joint_servos import JointServosParams
 from lola_drake.blocks.second_order_force_control import SecondOrderForceControlParams
 from lola_drake.blocks.two_dof_force_control import TwoDofForceControlParams
 from lola_drake.blocks.walking_pattern import WalkingPatternParams
+from lola_drake.bus import MissedCycles
 from lola_drake.errors import LolaError, short, shown
 from lola_drake.feasibility import check_command, check_start, check_steps, footprints
 from lola_drake.ground import Ground
@@ -65,6 +66,7 @@ class Sensors:
     imu: ImuParams = field(default_factory=ImuParams)
     foot_force: FootForceSensorParams = field(default_factory=FootForceSensorParams)
     contact: ContactSwitchesParams = field(default_factory=ContactSwitchesParams)
+    missed: tuple[MissedCycles, ...] = listing("faults: bus cycles without their values", 1000)
 
     def __post_init__(self):
         validate(self)

@@ -146,10 +146,11 @@ def _sensor_blocks(scenario: Scenario, kinematics: Kinematics) -> dict[str, Bloc
     half_weight = 0.5 * kinematics.mass * GRAVITY
     standing = np.tile([0.0, 0.0, half_weight, 0.0, 0.0, 0.0], 2)
     soles, pads = sole_joints(robot), pad_joints(robot)
+    missed = sensors.missed
     return {
-        "imu": Imu(sensors.imu, seed),
-        "foot_force_sensor": FootForceSensor(sensors.foot_force, soles, standing, seed),
-        "contact_switches": ContactSwitches(sensors.contact, pads, kinematics.tree),
+        "imu": Imu(sensors.imu, seed, missed),
+        "foot_force_sensor": FootForceSensor(sensors.foot_force, soles, standing, seed, missed),
+        "contact_switches": ContactSwitches(sensors.contact, pads, kinematics.tree, missed),
     }
 
 

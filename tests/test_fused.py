@@ -380,6 +380,7 @@ def test_pushes_and_faults_run_the_same_in_both_engines():
         "sensors.foot_force.bias_l": [0, 0, 20, 1, 0, 0],
         "sensors.contact.dead": [{"foot": "l", "pad": "rear_left"}],
         "control.servos.missed": [{"time": 0.2, "count": 3}],
+        "sensors.missed": [{"time": 0.15, "count": 2}, {"time": 0.25}],
     }
     usual = run_of(load_scenario("walk_flat", AT_ONCE))
     other, _ = assert_engines_equal(load_scenario("walk_flat", AT_ONCE | disturbed))

@@ -12,6 +12,7 @@ from pydrake.common.value import Value
 from pydrake.multibody.math import SpatialForce
 
 from lola_drake.block import Block, Part, Reading, State, law
+from lola_drake.bus import MissedCycles, gaps_of, is_missed
 from lola_drake.parameters import ParameterError, listing, parameter, validate
 from lola_drake.signals import CONTACT, FEET, GROUND_FORCE, PLANT_STATE
 from lola_drake.theory.kinematics import KinematicTree, body_poses, turned
@@ -108,13 +109,20 @@ class ContactSwitches(Block):
     objects = {"pad_reactions": Reading("reaction_forces", Value[list[SpatialForce]], 48)}
     switching = True
 
-    def __init__(self, params: ContactSwitchesParams, joints: Sequence[int], tree: KinematicTree):
+    def __init__(
+        self,
+        params: ContactSwitchesParams,
+        joints: Sequence[int],
+        tree: KinematicTree,
+        missed: Sequence[MissedCycles] = (),
+    ):
         """Create the switches of the pads, all closed but those that are dead.
 
         Args:
             params: thresholds.
             joints: indices of the pads' weld joints in the plant, in the order of the switches.
             tree: of the robot's joints.
+            missed: cycles of the bus.
         """
         self._joints = joints
         close, opened = np.full(8, params.close_force), np.full(8, params.open_force)
@@ -123,7 +131,12 @@ class ContactSwitches(Block):
             close[switch.number] = opened[switch.number] = switch.threshold
             start[switch.number] = switch.reads == "closed"
         super().__init__(
-            params, initial={CONTACT.name: start}, tree=tree, closes_at=close, opens_at=opened
+            params,
+            initial={CONTACT.name: start},
+            tree=tree,
+            closes_at=close,
+            opens_at=opened,
+            gaps=gaps_of(missed),
         )
 
     def read_pad_reactions(self, forces: list[SpatialForce]) -> np.ndarray:
@@ -131,8 +144,10 @@ class ContactSwitches(Block):
         return np.concatenate([forces[joint].get_coeffs() for joint in self._joints])
 
     @law
-    def next_contact(contact, quaternion, q, pad_reactions, tree, closes_at, opens_at):
+    def next_contact(contact, quaternion, q, pad_reactions, tree, closes_at, opens_at, gaps, time):
         """Return the new state of the switches, 1 for closed: they have a hysteresis."""
+        if is_missed(time, gaps):
+            return contact
         forces = forces_in_world(quaternion, q, pad_reactions, tree)
         closed = np.zeros(len(contact))
         for pad in range(len(contact)):

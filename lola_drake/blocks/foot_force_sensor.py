@@ -13,6 +13,7 @@ from pydrake.common.value import Value
 from pydrake.multibody.math import SpatialForce
 
 from lola_drake.block import Block, Reading, law
+from lola_drake.bus import MissedCycles, gaps_of, is_missed
 from lola_drake.parameters import parameter, validate
 from lola_drake.signals import MEASURED_WRENCH, PERIOD
 from lola_drake.theory.noise import Noise
@@ -64,6 +65,7 @@ class FootForceSensor(Block):
         joint_indices: Sequence[int],
         initial: np.ndarray,
         seed: int,
+        missed: Sequence[MissedCycles] = (),
     ):
         """Create the sensors of both feet.
 
@@ -72,6 +74,7 @@ class FootForceSensor(Block):
             joint_indices: of the left and right sensor's weld joint in the plant.
             initial: F and T of both feet at the start (N, Nm), shape (12,).
             seed: of the run's noise.
+            missed: cycles of the bus.
         """
         self._joints = joint_indices
         deviation = np.tile(np.repeat([params.force_noise, params.torque_noise], 3), 2)
@@ -80,6 +83,7 @@ class FootForceSensor(Block):
             params,
             initial={MEASURED_WRENCH.name: initial},
             filter_gain=filter_gain,
+            gaps=gaps_of(missed),
             noise=Noise(deviation, seed, stream=2, bias=np.array([*params.bias_l, *params.bias_r])),
         )
 
@@ -88,8 +92,10 @@ class FootForceSensor(Block):
         return np.concatenate([forces[joint].get_coeffs() for joint in self._joints])
 
     @law
-    def next_measured_wrench(measured_wrench, sole_reactions, noise, filter_gain):
+    def next_measured_wrench(measured_wrench, sole_reactions, noise, filter_gain, gaps, time):
         """Filter what the sensor feels: the opposite of what acts on the sole."""
+        if is_missed(time, gaps):
+            return measured_wrench
         reading = np.zeros(len(noise))
         for i in range(len(noise)):
             raw = noise[i] - sole_reactions[i // 6 * 6 + (i + 3) % 6]  # the force comes first

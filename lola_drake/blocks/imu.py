@@ -3,12 +3,14 @@
 LOLA carries a high-precision unit; noise, bias and delay are estimates of its class.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from math import asin, atan2, hypot
 
 import numpy as np
 
 from lola_drake.block import Block, Part, State, law
+from lola_drake.bus import MissedCycles, gaps_of, is_missed
 from lola_drake.parameters import parameter, validate
 from lola_drake.signals import PERIOD, PLANT_STATE, TORSO_ORIENTATION
 from lola_drake.theory.delay_line import arriving, delayed
@@ -76,14 +78,15 @@ class Imu(Block):
         "angular_velocity": Part(PLANT_STATE, "angular_velocity"),
     }
 
-    def __init__(self, params: ImuParams, seed: int):
-        """Create the unit; `seed` is that of the run."""
+    def __init__(self, params: ImuParams, seed: int, missed: Sequence[MissedCycles] = ()):
+        """Create the unit; `seed` is that of the run, `missed` are cycles of the bus."""
         deviation = np.repeat([params.angle_noise, params.rate_noise], 2)
         bias = params.angle_bias * np.random.default_rng([seed, 0]).standard_normal(2)
         super().__init__(
             params,
             initial={SAMPLES.name: np.zeros(SAMPLES.size * (params.delay_ticks - 1))},
             bias=np.concatenate([bias, [0.0, 0.0]]),
+            gaps=gaps_of(missed),
             noise=Noise(deviation, seed, stream=1, drift=PERIOD * np.array([*params.drift, 0, 0])),
         )
 
@@ -93,8 +96,12 @@ class Imu(Block):
         return delayed(imu_samples, sample(quaternion, angular_velocity, bias, noise))
 
     @law
-    def next_torso_orientation(imu_samples, quaternion, angular_velocity, bias, noise):
-        """Return the sample that arrives."""
+    def next_torso_orientation(
+        imu_samples, torso_orientation, quaternion, angular_velocity, bias, noise, gaps, time
+    ):
+        """Return the sample that arrives, or that was there."""
+        if is_missed(time, gaps):
+            return torso_orientation
         return arriving(imu_samples, sample(quaternion, angular_velocity, bias, noise))
 
 

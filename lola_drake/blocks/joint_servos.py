@@ -12,6 +12,7 @@ from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import PdControllerGains
 
 from lola_drake.block import Block, State, law
+from lola_drake.bus import MissedCycles, gaps_of, is_missed
 from lola_drake.parameters import listing, parameter, validate
 from lola_drake.signals import (
     JOINT_COMMAND,
@@ -26,17 +27,6 @@ _N = len(JOINTS)
 
 
 @dataclass(frozen=True)
-class MissedCycles:
-    """Cycles of the bus in which no command arrives: the servos go on with the last one."""
-
-    time: float = parameter(2.0, "of the first one", "s", minimum=0.0, maximum=3600)
-    count: int = parameter(1, "of cycles in a row", "", minimum=1, maximum=1000)
-
-    def __post_init__(self):
-        validate(self)
-
-
-@dataclass(frozen=True)
 class JointServosParams:
     """Bandwidths of the joint controllers and the delay of the bus."""
 
@@ -47,7 +37,7 @@ class JointServosParams:
         800.0, "of the velocity loop with the bare rotor (estimate)", "rad/s", above=0, maximum=5e3
     )
     delay_ticks: int = parameter(1, "bus delay in control periods", "", minimum=1, maximum=20)
-    missed: tuple[MissedCycles, ...] = listing("faults: cycles of the bus that are missed", 1000)
+    missed: tuple[MissedCycles, ...] = listing("faults: bus cycles without a command", 1000)
 
     def __post_init__(self):
         validate(self)
@@ -102,25 +92,6 @@ def newest_command(command, under_way, arrived, speed_limit, torque_limit):
     return limited_command(command, sent, speed_limit, torque_limit)
 
 
-def missed_times(cycles: MissedCycles) -> tuple[float, float]:
-    """Return between which times the first and the last missed cycle lie (s)."""
-    first = round(cycles.time / PERIOD) - 0.5
-    return PERIOD * first, PERIOD * (first + cycles.count)
-
-
-def is_missed(time, missed):
-    """Return whether a cycle of the bus is missed.
-
-    Args:
-        time: of it (s).
-        missed: from when to when cycles are missed (s), shape (n, 2).
-    """
-    for i in range(len(missed)):
-        if missed[i][0] < time < missed[i][1]:
-            return True
-    return False
-
-
 UNDER_WAY = replace(JOINT_COMMAND, name="commands_under_way", doc="Commands on the bus.")
 
 
@@ -150,7 +121,7 @@ class JointServos(Block):
             },
             speed_limit=speed_limit,
             torque_limit=torque_limit,
-            gaps=np.array([missed_times(cycles) for cycles in params.missed]).reshape(-1, 2),
+            gaps=gaps_of(params.missed),
         )
 
     @law

@@ -25,6 +25,7 @@ from lola_drake.world import build_simulation
 CLOSE, OPEN = 15.0, 8.0
 
 
+NO_GAPS = np.empty((0, 2))
 UPRIGHT = np.array([1.0, 0.0, 0.0, 0.0])
 
 
@@ -42,7 +43,7 @@ def switched(kinematics):
         contact[5], reactions[6 * 5 + 5] = closed, -force
         law, tree = ContactSwitches.laws["next_contact"], kinematics.tree
         thresholds = np.full(8, close_force), np.full(8, open_force)
-        result = law(contact, UPRIGHT, np.zeros(24), reactions, tree, *thresholds)
+        result = law(contact, UPRIGHT, np.zeros(24), reactions, tree, *thresholds, NO_GAPS, 0.0)
         assert np.delete(result, 5).all()
         return result[5]
 
@@ -136,7 +137,9 @@ def test_a_dead_switch_says_the_same_from_the_start_on(kinematics, reads, value)
         reactions = np.tile([0.0, 0.0, 0.0, 0.0, 0.0, -load], 8)
         thresholds = block.constant("closes_at"), block.constant("opens_at")
         law = block.laws["next_contact"]
-        after = law(contact, UPRIGHT, np.zeros(24), reactions, kinematics.tree, *thresholds)
+        after = law(
+            contact, UPRIGHT, np.zeros(24), reactions, kinematics.tree, *thresholds, NO_GAPS, 0.0
+        )
         assert after[6] == value and (np.delete(after, 6) == (load > 0)).all()
 
 

@@ -10,11 +10,11 @@ from ticking import Ticking
 from lola_drake.blocks.joint_servos import (
     JointServos,
     JointServosParams,
-    MissedCycles,
     limited_command,
     servo_gains,
     set_servo_gains,
 )
+from lola_drake.bus import MissedCycles
 from lola_drake.robot import add_lola
 from lola_drake.signals import JOINTS, PERIOD
 
