@@ -59,8 +59,7 @@ def compare(
     chosen = [override(base, {"variant": variant}) for variant in variants]
     if folder is None:
         return _runs(chosen, jobs, None)
-    kind = {"files": COMPARISON_FILES, "what": "comparison"}
-    with growing_folder(folder, force=force, **kind) as part:
+    with growing_folder(folder, force=force, files=COMPARISON_FILES, what="comparison") as part:
         results = _runs(chosen, jobs, part)
     for result in results:
         if isinstance(result.signals, RecordedSignals):
