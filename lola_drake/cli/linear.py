@@ -59,12 +59,14 @@ def linearize(
     from lola_drake.scenario import load_scenario
 
     with errors_in_one_line():
-        _check([name, *([f"{name}_measured"] if measured else [])], output, force)
+        more = [f"{name}_measured", f"{name}_steps"] if measured else []
+        _check([name, *more], output, force)
         analysis = analyse(name, load_scenario(scenario, changed(changes, blocks)), at, locus=locus)
         numbers = as_numbers(analysis)
         text, figures = report(analysis), {name: analysis_figure(analysis)}
         if measured:
             table, figures[f"{name}_measured"] = _measure(analysis)
+            figures[f"{name}_steps"] = _measure_steps(analysis)
             text, numbers["measured"] = f"{text}\n\n{table.as_text()}", table.rows
         paths = _save(figures, output)
     if as_json:
@@ -164,6 +166,14 @@ def _measure(analysis: "Analysis"):
     models, measured, table = compare(analysis)
     title = f"{analysis.name}: linear model (line) and nonlinear simulation (dots)"
     return table, measured_figure(title, models, measured)
+
+
+def _measure_steps(analysis: "Analysis"):
+    from lola_drake.linear.presentation.study_figures import steps_figure
+    from lola_drake.linear.studies.measured_steps import measured_steps
+
+    title = f"{analysis.name}: steps in the nonlinear simulation, over their height"
+    return steps_figure(title, measured_steps(analysis))
 
 
 def _check(names: list[str], folder: Path, force: bool) -> None:

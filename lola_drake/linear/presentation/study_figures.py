@@ -1,15 +1,18 @@
 """Pictures of the longer studies: stability maps, Floquet multipliers, measured responses."""
 
+from collections.abc import Sequence
+
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.colors import BoundaryNorm
 from matplotlib.figure import Figure
 
-from lola_drake.figures.style import add_title
+from lola_drake.figures.style import DASHED, add_title
 from lola_drake.linear.frequency import Response
 from lola_drake.linear.presentation.look import COLOURS, FAINT, INK, LIMIT, in_look
 from lola_drake.linear.studies.flexible_torso import FlexibleTorso
 from lola_drake.linear.studies.map_kinds import DELTA, GAIN, SETTINGS
+from lola_drake.linear.studies.measured_steps import Steps
 from lola_drake.linear.studies.poincare import MOTION, PLACE, POSTURE, StrideMap
 from lola_drake.linear.studies.stability_map import StabilityMap, finer
 
@@ -163,6 +166,29 @@ def measured_figure(
     axes[0, 0].set_ylabel("gain (dB)")
     axes[1, 0].set_ylabel("phase (deg)")
     return figure
+
+
+@in_look
+def steps_figure(title: str, found: Sequence[Steps]) -> Figure:
+    """Return the linear model's steps with those of the nonlinear simulation over them."""
+    figure = Figure(figsize=(3.4 * len(found) + 0.6, 3.4), layout="constrained")
+    add_title(figure, title)
+    for axes, steps in zip(figure.subplots(1, len(found), squeeze=False)[0], found, strict=True):
+        for (height, simulated), colour in zip(steps.simulated.items(), COLOURS[1:], strict=False):
+            axes.plot(steps.times, simulated, color=colour, lw=1.1, label=f"step {height:g}")
+        axes.plot(steps.times, steps.linear, color=INK, lw=1.1, ls=DASHED, label="linear")
+        axes.set_title(steps.name.replace(" -> ", "\n\N{RIGHTWARDS ARROW} "), fontsize=8.5)
+        axes.set(xlabel="time (s)", ylim=_around(steps.linear))
+        axes.legend()
+    figure.axes[0].set_ylabel("output over the step's height")
+    return figure
+
+
+def _around(values: np.ndarray) -> tuple[float, float]:
+    """Return limits that show the values; what falls over may leave them."""
+    low, high = min(values.min(), 0.0), max(values.max(), 0.0)
+    room = 0.4 * (high - low) or 1.0
+    return low - room, high + room
 
 
 _DOTS = {"color": COLOURS[1], "marker": "o", "ms": 4, "ls": "none"}

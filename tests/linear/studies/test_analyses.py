@@ -12,6 +12,7 @@ from lola_drake.cli.app import app
 from lola_drake.linear.errors import AnalysisError
 from lola_drake.linear.presentation.analysis_figures import analysis_figure
 from lola_drake.linear.presentation.report import as_numbers, report
+from lola_drake.linear.studies import measured_steps as measured_steps_module
 from lola_drake.linear.studies.analyses import (
     analyse,
     open_at,
@@ -198,3 +199,11 @@ def test_a_command_that_cannot_be_done_is_one_line(arguments, message, tmp_path)
     assert result.exit_code == 2
     assert message in result.stderr
     assert result.stderr.strip().startswith("lola: ")
+
+
+def test_small_steps_of_the_simulation_are_those_of_the_model(stabilizer, monkeypatch):
+    monkeypatch.setattr(measured_steps_module, "LONGEST", 0.05)
+    for steps in measured_steps_module.measured_steps(stabilizer, factors=(0.1,)):
+        (simulated,) = steps.simulated.values()
+        assert len(steps.times) == 50 and np.ptp(steps.linear) > 0
+        assert simulated == pytest.approx(steps.linear, abs=2e-3 * np.abs(steps.linear).max())
