@@ -47,13 +47,12 @@ def _quiet_end() -> Iterator[None]:
     try:
         yield
     except BaseException as error:
-        told = isinstance(error, SystemExit) and error.code != INTERRUPTED
+        told = isinstance(error, SystemExit)
         if told or not (stopped or isinstance(error, KeyboardInterrupt)):
             raise
         for number in (signal.SIGINT, signal.SIGTERM):
             signal.signal(number, signal.SIG_IGN)
-        if stopped:
-            print("lola: stopped", file=sys.stderr)
+        print("lola: stopped", file=sys.stderr)
         sys.exit(INTERRUPTED)
 
 

@@ -24,7 +24,7 @@ from lola_drake.cli import (
     study,
     sweep,
 )
-from lola_drake.cli.common import fail
+from lola_drake.cli.common import INTERRUPTED, fail
 from lola_drake.cli.terminal import any_terminal
 
 
@@ -48,6 +48,14 @@ class _Lola(TyperGroup):
         if not standalone_mode:
             return code
         raise SystemExit(code if isinstance(code, int) else 0)
+
+    def invoke(self, ctx):
+        """Call what was asked for; who is stopped says so, once."""
+        try:
+            return super().invoke(ctx)
+        except KeyboardInterrupt:
+            fail("stopped")
+            raise typer.Exit(INTERRUPTED) from None
 
 
 app = typer.Typer(

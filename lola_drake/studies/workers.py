@@ -103,7 +103,10 @@ class _Worker:
         # It finds what this process finds, wherever that has been looked for.
         environment = os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
         pipe = subprocess.PIPE
-        self._process = subprocess.Popen(command, env=environment, stdin=pipe, stdout=pipe)
+        # In a group of its own: a terminal's Ctrl-C is for the one that started it.
+        self._process = subprocess.Popen(
+            command, env=environment, stdin=pipe, stdout=pipe, process_group=0
+        )
 
     @property
     def name(self) -> str:

@@ -1,0 +1,46 @@
+"""The short form of the fuzzing and of the kills; the long ones are `fuzz.py` and `kills.py`."""
+
+import signal
+
+import fuzz
+import numpy as np
+import pytest
+from kills import kill
+from typer.testing import CliRunner
+
+from lola_drake.cli.app import app
+from lola_drake.simulation import simulate
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_a_bad_scenario_is_one_line_and_leaves_nothing(tmp_path, monkeypatch, seed):
+    monkeypatch.chdir(tmp_path)
+    key, text = fuzz.bad_scenario(np.random.default_rng(seed))
+    (tmp_path / "my.yaml").write_text(text, encoding="utf-8")
+    assert fuzz.complaint(CliRunner().invoke(app, ["simulate", "my.yaml"]), key) == ""
+    assert [path.name for path in tmp_path.iterdir()] == ["my.yaml"]
+
+
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("seed", range(2))
+def test_a_valid_scenario_ends_with_finite_numbers(seed):
+    result = simulate(fuzz.valid_scenario(np.random.default_rng(seed)))
+    assert result.completed or result.fall_time is not None, result.end
+    assert np.isfinite(fuzz.numbers(result.summary)).all()
+
+
+@pytest.mark.parametrize(
+    ("name", "number", "after"),
+    [
+        ("simulate", signal.SIGINT, 0.3),
+        ("simulate", signal.SIGTERM, 1.5),
+        ("simulate", signal.SIGKILL, 2.5),
+        ("simulate", signal.SIGINT, 3.5),
+        ("force", signal.SIGKILL, 2.5),
+        ("compare", signal.SIGINT, 1.0),
+        ("compare", signal.SIGTERM, 4.0),
+        ("compare", signal.SIGKILL, 5.0),
+    ],
+)
+def test_what_a_killed_command_leaves_says_what_it_is(tmp_path, name, number, after):
+    assert kill(name, number, after, tmp_path) == []
