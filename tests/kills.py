@@ -68,8 +68,10 @@ def kill(name: str, number: int, after: float, folder: Path) -> list[str]:
 
 def _said(code: int, number: int, text: str) -> list[str]:
     wrong = [] if "Traceback" not in text else [f"a traceback: {text[-600:]}"]
-    # Python may end itself by SIGINT where Ctrl-C came in the middle of an import of Drake.
-    allowed = {0, -signal.SIGKILL} if number == signal.SIGKILL else {0, 130, -signal.SIGINT}
+    # Python ends itself by SIGINT where a stop came in the middle of an import of Drake, and a signal
+    # before the program begins, or behind its end, is none of its own.
+    stopped = {-signal.SIGKILL} if number == signal.SIGKILL else {130, -signal.SIGINT, -number}
+    allowed = {0, *stopped}
     if text.count("lola: ") > 1:
         wrong.append(f"more than one line: {text[-300:]}")
     return wrong if code in allowed else [*wrong, f"exit code {code}: {text[-300:]}"]

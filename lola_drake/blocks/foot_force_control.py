@@ -102,7 +102,7 @@ class FootForceControlParams:
         0.03, "how long after its planned touchdown a foot is late", "s", minimum=0, maximum=1
     )
     search_ramp: float = parameter(
-        0.05, "duration in which the search reaches its speed", "s", above=0, maximum=1
+        0.05, "duration in which the search reaches its speed", "s", minimum=0.001, maximum=1
     )
     max_height: float = parameter(
         0.08, "limit of the foot's height modification", "m", above=0, maximum=0.3

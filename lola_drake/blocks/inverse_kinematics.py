@@ -44,7 +44,7 @@ class InverseKinematicsParams:
         5.0, "retreat from the joint limits", "1/s", minimum=0, maximum=100
     )
     limit_margin: float = parameter(
-        0.2, "distance from a joint limit where the retreat begins", "rad", above=0, maximum=1
+        0.2, "distance from a joint limit where the retreat begins", "rad", minimum=0.001, maximum=1
     )
     feedforward: float = parameter(
         1.0, "part of the static torque that is fed forward", "-", minimum=0, maximum=1

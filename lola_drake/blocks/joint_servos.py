@@ -31,10 +31,14 @@ class JointServosParams:
     """Bandwidths of the joint controllers and the delay of the bus."""
 
     position_gain: float = parameter(
-        70.0, "of the position loop (estimate)", "1/s", above=0, maximum=500
+        70.0, "of the position loop (estimate)", "1/s", minimum=1, maximum=500
     )
     velocity_bandwidth: float = parameter(
-        800.0, "of the velocity loop with the bare rotor (estimate)", "rad/s", above=0, maximum=5e3
+        800.0,
+        "of the velocity loop with the bare rotor (estimate)",
+        "rad/s",
+        minimum=10,
+        maximum=5e3,
     )
     delay_ticks: int = parameter(1, "bus delay in control periods", "", minimum=1, maximum=20)
     missed: tuple[MissedCycles, ...] = listing("faults: bus cycles without a command", 1000)
