@@ -68,7 +68,7 @@ def kill(name: str, number: int, after: float, folder: Path) -> list[str]:
 
 def _said(code: int, number: int, text: str) -> list[str]:
     wrong = [] if "Traceback" not in text else [f"a traceback: {text[-600:]}"]
-    # Python ends itself by SIGINT where a stop came in the middle of an import of Drake, and a signal
+    # Python ends itself by SIGINT where a stop came in the middle of an import of Drake; a signal
     # before the program begins, or behind its end, is none of its own.
     stopped = {-signal.SIGKILL} if number == signal.SIGKILL else {130, -signal.SIGINT, -number}
     allowed = {0, *stopped}
