@@ -106,7 +106,7 @@ def metrics(times: np.ndarray, signals: Signals, limits: Limits) -> dict[str, An
     inclination, settling = leant()
     height = COM_POSITION.slice("p").start + 2
     lifting = vertical_acceleration(times, each(lambda rows: rows["com_position"][:, height]))
-    beyond = each(lambda rows: _beyond_limits(rows, limits))[settled:]
+    beyond = each(lambda rows: beyond_limits(rows, limits))[settled:]
     found = {
         "distance_m": way,
         "mean_speed_m_per_s": speed,
@@ -119,7 +119,7 @@ def metrics(times: np.ndarray, signals: Signals, limits: Limits) -> dict[str, An
         "settling_time_s": settling,
         "max_com_vertical_acceleration_m_per_s2": float(np.abs(lifting[settled:]).max(initial=0.0)),
         "drive_work_J": drive_work(times[counted], each(drive_power)[counted]),
-        "steps_beyond_limits": _counts(beyond),
+        "steps_beyond_limits": dict(zip(LIMITS, beyond.sum(axis=0).tolist(), strict=True)),
     }
     if settled < len(times):
         return found
@@ -315,19 +315,10 @@ def feet_colliding(left: np.ndarray, right: np.ndarray) -> np.ndarray:
     return colliding
 
 
-def steps_beyond_limits(signals: Signals, limits: Limits) -> dict[str, int]:
-    """Return in how many steps of the run anything reached its limit, by the kind of limit."""
-    return _counts(_beyond_limits(signals, limits))
-
-
-def _beyond_limits(signals: Signals, limits: Limits) -> np.ndarray:
+def beyond_limits(signals: Signals, limits: Limits) -> np.ndarray:
     """Return whether a step reached each of the `LIMITS`, shape (n, 4)."""
     reached = limits_reached(signals, limits).values()
     return np.column_stack([where.any(axis=1) for where in reached])
-
-
-def _counts(beyond: np.ndarray) -> dict[str, int]:
-    return dict(zip(LIMITS, beyond.sum(axis=0).tolist(), strict=True))
 
 
 def limits_reached(signals: Signals, limits: Limits) -> dict[str, np.ndarray]:

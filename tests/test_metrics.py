@@ -170,13 +170,14 @@ def test_steps_beyond_limits_are_counted_by_kind():
     signals = {name: np.zeros((6, n)) for name in ("joint_position", "joint_velocity")}
     signals["joint_torque"], signals["ground_force"] = np.zeros((6, n)), np.zeros((6, 6))
     signals["foot_pose_l"] = signals["foot_pose_r"] = np.zeros((6, 6))
-    assert not any(metrics.steps_beyond_limits(signals, limits).values())
+    assert not metrics.beyond_limits(signals, limits).any()
     signals["joint_position"][[1, 2], [3, 4]] = [1.01, -1.01]
     signals["joint_velocity"][0, [5, 6, 7]] = -6.0
     signals["joint_torque"][3:, 2] = 100.0
     # Sliding, holding, sliding without a load on the foot.
     signals["ground_force"][:3, :3] = [[0, 149.5, 300], [100, 100, 300], [9, 0, 10]]
-    assert metrics.steps_beyond_limits(signals, limits) == {
+    counted = metrics.beyond_limits(signals, limits).sum(axis=0)
+    assert dict(zip(metrics.LIMITS, counted, strict=True)) == {
         "joint_angle": 2,
         "joint_speed": 1,
         "joint_torque": 3,

@@ -43,11 +43,6 @@ class Factor:
             return int(low + np.floor(share * (high - low + 1)))
         return float(low + share * (high - low))
 
-    @property
-    def is_numeric(self) -> bool:
-        """Return whether its values can be an axis of a figure."""
-        return all(_is_number(value) for value in self.values)
-
 
 def parse_factors(texts: Sequence[str], base: Scenario) -> list[Factor]:
     """Return what some texts want varied of a scenario.

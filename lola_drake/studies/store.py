@@ -93,7 +93,7 @@ class Store:
             raise ResultError(f"{self._name}: cannot be used, it is a folder")
         with self._told():
             self._database = sqlite3.connect(self.file, PATIENCE, isolation_level=None)
-            self.is_new = self._prepare()
+            self._prepare()
 
     @property
     def _name(self) -> str:
@@ -109,8 +109,8 @@ class Store:
             told = "holds something that is not a study" if strange else f"cannot be used, {error}"
             raise ResultError(f"{self._name}: {told}") from None
 
-    def _prepare(self) -> bool:
-        """Make the tables of an empty file, and return whether it was; refuse what is not ours."""
+    def _prepare(self) -> None:
+        """Make the tables of an empty file; refuse what is not ours."""
         if self._pragma("schema_version") == 0:
             with self.transaction():
                 # Another process may have been quicker.
@@ -119,7 +119,6 @@ class Store:
                         self._database.execute(table)
                     self._database.execute(f"PRAGMA application_id = {APPLICATION}")
                     self._database.execute(f"PRAGMA user_version = {VERSION}")
-                    return True
         if self._pragma("application_id") != APPLICATION:
             raise ResultError(f"{self._name}: holds something that is not a study")
         version = self._pragma("user_version")
@@ -128,7 +127,6 @@ class Store:
                 f"{self._name}: is a study of version {version}, and this software reads version "
                 f"{VERSION} alone; choose another file"
             )
-        return False
 
     def _pragma(self, name: str) -> int:
         return self._database.execute(f"PRAGMA {name}").fetchone()[0]

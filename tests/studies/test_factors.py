@@ -27,7 +27,7 @@ def test_a_range_has_so_many_values_and_both_ends():
 
 def test_a_list_has_values_of_any_kind():
     (factor,) = parsed("pattern.phase_reset=true,false")
-    assert factor.values == (True, False) and not factor.is_numeric
+    assert factor.values == (True, False)
     (steps,) = parsed("walk.steps=[{count: 2}],[{count: 3, length: 0.2}]")
     assert steps.values[1] == [{"count": 3, "length": 0.2}]
 
