@@ -7,7 +7,8 @@ Source: Kajita et al., "Biped walking stabilization based on linear inverted pen
 (IROS 2010), from memory: the feet's torques by their ankles, and the difference of their forces by
 the difference of their heights, as long as both are to carry. In single support nothing controls
 the vertical force there. Ours: signs and frames, that each foot's height returns by itself (of
-both, the source's difference returns alike), and all numbers.
+both, the source's difference returns alike), and all
+numbers, which `lola tune --law damping` chose.
 """
 
 from dataclasses import dataclass
@@ -27,7 +28,7 @@ class DampingForceControlParams:
     """The dampers between a foot's plan and its wrench."""
 
     torque_damping: float = parameter(
-        43.0,
+        18.6,
         "D, torque error per angular velocity of a foot",
         "Nms/rad",
         minimum=0.1,
@@ -36,7 +37,7 @@ class DampingForceControlParams:
         slider=(5, 200, 1),
     )
     force_damping: float = parameter(
-        5000.0,
+        2560.0,
         "D_z, difference of the force errors per velocity that parts the feet",
         "Ns/m",
         minimum=10,
@@ -45,7 +46,7 @@ class DampingForceControlParams:
         slider=(500, 20000, 100),
     )
     decay_time: float = parameter(
-        1.0,
+        1.6,
         "T_s, return of a foot to its plan",
         "s",
         minimum=0.01,

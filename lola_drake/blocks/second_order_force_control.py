@@ -7,7 +7,8 @@ what the spring keeps of a step: the part k / (1 + k).
 
 The paper names it as a "second-order" extension of damping control (its [14]); the equation is that
 of impedance control (Hogan 1985), and the rest ours: that M, D and K are proportional to the
-contact's gradient U, as in the paper's law the pads in series with the servos, and the numbers.
+contact's gradient U, as in the paper's law the pads in series with the servos, and the numbers,
+which `lola tune --law second_order` chose.
 """
 
 from dataclasses import dataclass
@@ -26,7 +27,7 @@ class SecondOrderForceControlParams:
     """The impedance, relative to the stiffness of the contact."""
 
     inertia: float = parameter(
-        1e-4,
+        3.5e-4,
         "m, mass over the contact's stiffness",
         "s^2",
         minimum=0,
@@ -35,7 +36,7 @@ class SecondOrderForceControlParams:
         slider=(0, 1e-3, 1e-5),
     )
     damping: float = parameter(
-        0.02,
+        0.0106,
         "d, damping over the contact's stiffness",
         "s",
         minimum=0.001,
