@@ -11,6 +11,8 @@ from lola_drake.atomic_file import OutputError
 from lola_drake.logged import LOGGED
 from lola_drake.mcap_export import export_mcap, message_schema, message_template
 
+KILOMETRE = np.nextafter(1000.123456789, 2000.0)
+
 
 @pytest.fixture(scope="module")
 def run(make_result):
@@ -19,7 +21,8 @@ def run(make_result):
     result.signals["torso_pose"][:, 2] = 1.1
     result.signals["com_position"][10, 0] = np.nan
     result.signals["com_position"][20, 0] = np.inf
-    result.signals["com_position"][30, 0] = 100.123456789012345
+    result.signals["com_position"][30, 0] = KILOMETRE
+    result.signals["torso_pose"][40, :2] = KILOMETRE, -KILOMETRE
     return result
 
 
@@ -56,9 +59,14 @@ def test_what_is_not_a_number_is_null(content):
     assert com[1][1]["p"] == com[2][1]["p"] == {"x": None, "y": 0, "z": 0}
 
 
-def test_numbers_are_exact(run, content):
-    _, com = content[0]["/com_position"]
-    assert com[3][1]["p"]["x"] == run.signals["com_position"][30, 0] == 100.123456789012345
+def test_numbers_are_exact_to_the_last_bit(content):
+    """A kilometre from the origin, where six digits would be a metre."""
+    messages, _ = content
+    assert messages["/com_position"][1][3][1]["p"]["x"] == KILOMETRE
+    assert messages["/torso_pose"][1][4][1]["p"]["x"] == KILOMETRE
+    (poses,) = (entry["transforms"] for time, entry in messages["/tf"][1] if time == 40_000_000)
+    (torso,) = (each for each in poses if each["child_frame_id"] == "torso")
+    assert (torso["translation"]["x"], torso["translation"]["y"]) == (KILOMETRE, -KILOMETRE)
 
 
 def test_messages_are_written_in_the_order_of_time(run, tmp_path):
