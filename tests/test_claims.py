@@ -129,6 +129,28 @@ def test_the_table_of_the_experiments_is_their_record():
             assert fallen in row
 
 
+def test_the_table_of_engines_is_its_records():
+    records = {
+        engine: json.loads(text_of(f"docs/experiments/reproduction_20{suffix}.json"))["experiments"]
+        for engine, suffix in (("Drake", ""), ("MuJoCo", "_mujoco"))
+    }
+    table = sections("README.md")["in-another-engine"].splitlines()
+    rows = [row for row in table if re.match(r"\|.*\| (Drake|MuJoCo) \|", row)]
+    wanted = [(name, engine) for name in NAMES for engine in records]
+    changes = {}
+    for row, (name, engine) in zip(rows, wanted, strict=True):
+        record = records[engine][name]
+        assert record["worlds"] == 20
+        median = record["median_change_percent"]
+        changes[name, engine] = [median[metric][axis] for metric, axis in METRICS]
+        cells = [cell.strip() for cell in row.split("|")]
+        fallen = ", ".join(f"{variant} {n}" for variant, n in record["falls"].items())
+        assert cells[2:-1] == [engine, *(f"{percent(c)} %" for c in changes[name, engine]), fallen]
+    for name in NAMES:
+        for one, other in zip(changes[name, "Drake"], changes[name, "MuJoCo"], strict=True):
+            assert one * other > 0 and abs(one - other) < 4.0
+
+
 @pytest.mark.parametrize("page", ["README.md", "docs/tutorials/paper.md"])
 def test_the_first_screen_says_what_the_record_says(page):
     table = "\n".join(line for line in text_of(page).splitlines() if line.startswith("|"))
