@@ -25,10 +25,15 @@ from lola_drake.blocks.foot_force_control import (
 )
 from lola_drake.blocks.force_distribution import ForceDistribution
 from lola_drake.blocks.force_laws import FORCE_LAWS, law_class
+from lola_drake.blocks.height_adaptation import HeightAdaptivePattern, bumpless
 from lola_drake.blocks.imu_stabilizer import ImuStabilizer
 from lola_drake.blocks.inverse_kinematics import InverseKinematics
 from lola_drake.blocks.joint_servos import JointServos, JointServosParams, servo_gains
-from lola_drake.blocks.walking_pattern import WalkingPattern, standing_request
+from lola_drake.blocks.walking_pattern import (
+    WalkingPattern,
+    WalkingPatternParams,
+    standing_request,
+)
 from lola_drake.robot import (
     PADS,
     Kinematics,
@@ -90,9 +95,8 @@ def controller_blocks(
     control = scenario.active_control()
     law = FORCE_LAWS[control.law]
     motion = _configuration_space if law is ConfigurationForceControl else _task_space
-    pattern = AdaptiveWalkingPattern if scenario.pattern.adaptive else WalkingPattern
     return {
-        "walking_pattern": pattern(
+        "walking_pattern": _pattern_class(scenario.pattern)(
             scenario.pattern,
             leg_model(kinematics),
             steps=steps,
@@ -107,6 +111,13 @@ def controller_blocks(
     }
 
 
+def _pattern_class(params: WalkingPatternParams) -> type[WalkingPattern]:
+    """Return the walking pattern with what is switched on, and no more."""
+    if params.height_adaptation:
+        return HeightAdaptivePattern
+    return AdaptiveWalkingPattern if params.adaptive else WalkingPattern
+
+
 def _task_space(scenario: Scenario, kinematics: Kinematics, stance: Stance) -> dict[str, Block]:
     """Return the force control and the CoM dynamics of each foot, and the inverse kinematics."""
     control = scenario.active_control()
@@ -119,8 +130,11 @@ def _task_space(scenario: Scenario, kinematics: Kinematics, stance: Stance) -> d
     }
     compliances = servo_compliances(kinematics, stance.q, control.servos)
     blocks: dict[str, Block] = {}
+    force_law = law_class(control.law, control.of_law())
+    if scenario.pattern.height_adaptation:
+        force_law = bumpless(force_law)
     for foot, servos in zip(FEET, compliances, strict=True):
-        blocks[of_foot("force_control", foot)] = law_class(control.law, control.of_law())(
+        blocks[of_foot("force_control", foot)] = force_law(
             control.of_law(), foot, compliance=servos.matrix, relaxation=servos.relaxation, **known
         )
     return (

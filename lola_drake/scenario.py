@@ -153,6 +153,9 @@ class Scenario:
             raise ParameterError("name", self.name, "usable as the name of a folder")
         if self.variant == "original":
             self._check_predecessor()
+        if self.pattern.height_adaptation and self.active_control().law == PREDECESSOR:
+            key, allowed = "pattern.height_adaptation", f"false with the law {PREDECESSOR}"
+            raise ParameterError(key, True, allowed)
         width = self.pattern.step_width
         check_start(self.start, width, self.terrain)
         check_steps(self.walk.steps)

@@ -394,9 +394,9 @@ def test_a_pattern_that_changes_its_steps_runs_the_same_in_both_engines():
     pushed = {"pushes": [{"time": 0.1, "impulse": 9.0}], "ground.obstacles": [edge]}
     usual = load_scenario("walk_flat", AT_ONCE | fast | pushed)
     plain = run_of(usual)
-    for switch in ("step_adaptation", "late_foot_probing"):
+    for switch in ("step_adaptation", "late_foot_probing", "height_adaptation"):
         changed, _ = assert_engines_equal(override(usual, {f"pattern.{switch}": True}))
-        name = "planned_motion" if switch == "step_adaptation" else "gait_phase"
+        name = "gait_phase" if switch == "late_foot_probing" else "task_reference"
         assert not np.array_equal(plain.signal(name), changed.signal(name))
 
 

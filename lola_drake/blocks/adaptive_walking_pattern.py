@@ -63,11 +63,17 @@ class AdaptiveWalkingPattern(WalkingPattern):
 
     def next_state(self, time, request, contact, walk_command, phi, phi_dot, foothold_shift):
         """Return the request, the plan's row as it is changed, and the change, of the next tick."""
+        return self.advanced(time, request, contact, walk_command, phi, phi_dot, foothold_shift)
+
+    def advanced(
+        self, time, request, contact, walk_command, phi, phi_dot, foothold_shift, lift=0.0
+    ) -> np.ndarray:
+        """Return the same where the feet are let down by `lift` against the plan (m)."""
         played = self._recall(request)
         row = round((time - played.request.start_time) / PERIOD)
         following = self._following(time, contact, walk_command, played.request, played.plan, row)
         if following is not None:
-            following = moved_on(following, played, foothold_shift[:2])
+            following = replace(moved_on(following, played, foothold_shift[:2]), lift=lift)
             played = self._recall(pack_request(following))
             row = round((time - following.start_time) / PERIOD)
             foothold_shift = np.zeros(SHIFT.size)

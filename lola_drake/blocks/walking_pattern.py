@@ -123,6 +123,9 @@ class WalkingPatternParams:
     late_foot_probing: bool = parameter(
         False, "let the load wait, up to 0.15 s, for a foot that finds no ground"
     )
+    height_adaptation: bool = parameter(
+        False, "let the plan take over what the feet had to add to their heights"
+    )
     ground_behind: float = parameter(
         1.0,
         "height of the ground expected behind an early foothold: 0 as before it, 1 as under it",
@@ -143,7 +146,7 @@ class WalkingPatternParams:
     @property
     def adaptive(self) -> bool:
         """Return whether anything changes a step that is under way."""
-        return self.step_adaptation or self.late_foot_probing
+        return self.step_adaptation or self.late_foot_probing or self.height_adaptation
 
     def timing(self) -> GaitTiming:
         """Return the part that the schedule of the gait needs."""

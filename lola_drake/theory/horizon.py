@@ -4,7 +4,7 @@ The legs' angular momentum depends on the CoM and the CoM on it; a few passes br
 Arrays have one row per component and one column per time.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -136,15 +136,10 @@ def reference_zmp(model: PatternModel, at: Sampled) -> np.ndarray:
     return (at.load * zmp).sum(axis=1)
 
 
-def shift_shape(time: np.ndarray, wait: float, until: float) -> np.ndarray:
-    """Return the form of the ZMP's shift: it begins after the wait."""
-    return bump((time - wait) / (until - wait))
-
-
 def solve_horizon(model: PatternModel, request: StepRequest) -> Horizon:
     """Return the plan of all given displacements, and of the step in which the robot stops."""
     schedule = make_schedule(
-        model.timing,
+        replace(model.timing, com_height=model.timing.com_height - request.lift),
         request.feet,
         request.load,
         request.com[2],
@@ -156,12 +151,12 @@ def solve_horizon(model: PatternModel, request: StepRequest) -> Horizon:
         request.displacements,
         request.wait,
     )
-    # The ZMP is moved while both feet carry: there it has the most room.
+    # The ZMP is moved while both feet carry, where it has the most room, and in a wait before.
     shifting = schedule.swings[0][1] if schedule.swings else schedule.end
     at = sample(schedule, np.arange(0.0, schedule.end + SETTLING, KNOT_STEP))
     lifting = GRAVITY + at.height[2]
     stiffness = lifting / (at.height[0] - at.ground)
-    zmp, shape = reference_zmp(model, at), shift_shape(at.time, request.wait, shifting)
+    zmp, shape = reference_zmp(model, at), bump(at.time / shifting)
 
     def solve(zmp: np.ndarray) -> tuple[KnotSpline, np.ndarray]:
         start, velocity = request.com[:2], request.com_velocity[:2]

@@ -25,10 +25,9 @@ from lola_drake.theory.horizon import (
     Sampled,
     reference_zmp,
     sample,
-    shift_shape,
     solve_horizon,
 )
-from lola_drake.theory.smooth import quintic
+from lola_drake.theory.smooth import bump, quintic
 from lola_drake.theory.step_request import StepRequest
 
 
@@ -66,10 +65,7 @@ def plan_step(model: PatternModel, request: StepRequest) -> StepPlan:
     at = sample(schedule, model.period * np.arange(round(duration / model.period) + 1))
     position, velocity, acceleration = (values.T for values in horizon.com(at.time))
     com = position, velocity, acceleration
-    zmp = (
-        reference_zmp(model, at)
-        + shift_shape(at.time, request.wait, horizon.shifting) * horizon.shift[:, None]
-    )
+    zmp = reference_zmp(model, at) + bump(at.time / horizon.shifting) * horizon.shift[:, None]
     return StepPlan(
         duration=duration,
         lift_off=horizon.shifting if stepping else np.inf,

@@ -7,7 +7,7 @@ import numpy as np
 HORIZON = 3
 """Steps planned ahead; as on LOLA (interface headers, 2018)."""
 
-REQUEST_SIZE = 28 + 4 * HORIZON
+REQUEST_SIZE = 29 + 4 * HORIZON
 """Numbers in a packed request."""
 
 
@@ -29,6 +29,7 @@ class StepRequest:
         blend: b_f of the left and right foot at the start, shape (2,).
         displacements: (forward, left, turn, up) of the coming steps, shape (n, 4); none to stand.
         wait: how long the load stays where it is before it moves (s).
+        lift: by how much the feet are let down against the plan already (m).
     """
 
     start_time: float
@@ -45,6 +46,7 @@ class StepRequest:
     blend: np.ndarray
     displacements: np.ndarray
     wait: float = 0.0
+    lift: float = 0.0
 
 
 def pack_request(request: StepRequest) -> np.ndarray:
@@ -58,7 +60,7 @@ def pack_request(request: StepRequest) -> np.ndarray:
             request.com_velocity,
             *request.feet,
             request.path,
-            [request.ground, request.heading, request.support, request.wait],
+            [request.ground, request.heading, request.support, request.wait, request.lift],
             request.blend,
             [len(request.displacements)],
             displacements.ravel(),
@@ -70,9 +72,9 @@ def unpack_request(vector: np.ndarray) -> StepRequest:
     """Return the request that `pack_request` wrote."""
     start_time, step_index, swing, load = vector[:4].tolist()
     com, com_velocity, left, right, path, pace, blend, count, displacements = np.split(
-        vector[4:].copy(), np.cumsum([3, 3, 4, 4, 3, 4, 2, 1])
+        vector[4:].copy(), np.cumsum([3, 3, 4, 4, 3, 5, 2, 1])
     )
-    ground, heading, support, wait = pace.tolist()
+    ground, heading, support, wait, lift = pace.tolist()
     return StepRequest(
         start_time=start_time,
         step_index=int(step_index),
@@ -88,4 +90,5 @@ def unpack_request(vector: np.ndarray) -> StepRequest:
         blend=blend,
         displacements=displacements.reshape(-1, 4)[: int(count[0])],
         wait=wait,
+        lift=lift,
     )
