@@ -3,6 +3,7 @@
 import inspect
 import pkgutil
 import re
+import tomllib
 from pathlib import Path
 
 import pytest
@@ -92,3 +93,10 @@ def test_every_page_of_the_site_is_in_its_menu():
     menu = (ROOT / "mkdocs.yml").read_text(encoding="utf-8")
     for page in DOCS:
         assert page.relative_to(ROOT / "docs").as_posix() in menu
+
+
+def test_every_extra_is_in_the_one_table():
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    table = (ROOT / "docs/index.md").read_text(encoding="utf-8")
+    told = set(re.findall(r"^\| `lola_drake\[(\w+)\]` \|", table, re.MULTILINE))
+    assert told == set(project["optional-dependencies"])
