@@ -1,6 +1,8 @@
 """Pushes: their force over time, in the closed loop, and where they are told and shown."""
 
+import base64
 import json
+import re
 import xml.etree.ElementTree as ElementTree
 
 import numpy as np
@@ -15,6 +17,7 @@ from lola_drake.signals import PERIOD
 from lola_drake.simulation import simulate, start
 from lola_drake.theory.constants import GRAVITY
 from lola_drake.view3d.frames import SEEN, frames_at
+from lola_drake.view3d.replay import replay_page
 
 LEFT = {"time": 0.1, "duration": 0.05, "impulse": 6.0, "direction_deg": 90.0}
 
@@ -113,3 +116,10 @@ def test_a_push_that_cannot_be_is_refused(change, message):
 
 def test_nothing_is_told_where_nothing_disturbs(make_result):
     assert make_result(Scenario()).summary["disturbances"] == {}
+
+
+def test_the_replay_has_an_arrow_for_a_push_and_none_without(pushed, make_result):
+    for result, shown in ((pushed, True), (make_result(Scenario(), steps=0), False)):
+        messages = re.findall(r"base64,([A-Za-z0-9+/=]+)", replay_page(result))
+        (recording,) = [m for m in map(base64.b64decode, messages) if b"set_animation" in m]
+        assert (b"push/0/shaft" in recording) == shown
