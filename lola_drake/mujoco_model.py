@@ -19,7 +19,7 @@ import numpy as np
 from lola_drake.blocks.joint_servos import JointServosParams
 from lola_drake.errors import LolaError
 from lola_drake.ground import Ground
-from lola_drake.paths import models_dir
+from lola_drake.model_errors import ModelErrors, robot_urdf
 from lola_drake.plant import PAD_LINKS, board_pose
 from lola_drake.robot import PADS
 from lola_drake.signals import FEET, JOINTS, PERIOD
@@ -39,7 +39,11 @@ _GAUSS = tuple((i / sqrt(12), k / sqrt(12)) for i in (-1, 1) for k in (-1, 1))
 
 
 def mujoco_model(
-    servos: JointServosParams, ground: Ground, *, own_contact: bool = False
+    servos: JointServosParams,
+    ground: Ground,
+    *,
+    own_contact: bool = False,
+    errors: ModelErrors = ModelErrors(),  # noqa: B008  # frozen
 ) -> mujoco.MjModel:
     """Return LOLA on its ground in MuJoCo, with 24 servos in the order of `JOINTS`.
 
@@ -51,9 +55,10 @@ def mujoco_model(
         servos: gains.
         ground: its stiffness, dissipation, friction and boards. The balls under a foot stand on
             springs that are together as stiff as Drake's ground under it.
+        errors: of masses and inertias; balls are no pads, whose stiffness is all the same.
         own_contact: leave stiffness, damping and friction cone as MuJoCo has them by default.
     """
-    urdf = ElementTree.parse(models_dir() / "lola" / "lola.urdf").getroot()
+    urdf = ElementTree.fromstring(robot_urdf(errors))
     armature = _armatures(urdf)
     for link in urdf.iter("link"):
         for shape in (*link.findall("visual"), *link.findall("collision")):

@@ -42,7 +42,9 @@ class MujocoPlant(LeafSystem):
             pads: the same of the pads.
         """
         super().__init__()
-        self.model = model = mujoco_model(scenario.control.servos, scenario.terrain)
+        self.model = model = mujoco_model(
+            scenario.real_servos(), scenario.terrain, errors=scenario.model_errors
+        )
         model.opt.integrator = mujoco.mjtIntegrator.mjINT_EULER
         model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_EULERDAMP
         model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_ACTUATION

@@ -20,7 +20,7 @@ def pad_forces(result: Result, samples: np.ndarray) -> np.ndarray:
     in the record.
     """
     builder = DiagramBuilder()
-    plant, scene_graph = add_plant(builder, result.scenario.terrain)
+    plant, scene_graph = add_plant(builder, result.scenario.terrain, result.scenario.model_errors)
     plant.Finalize()
     pads = pad_geometries(plant)
     diagram = builder.Build()

@@ -23,6 +23,7 @@ from pydrake.multibody.tree import JointIndex
 from pydrake.systems.framework import DiagramBuilder
 
 from lola_drake.ground import Ground
+from lola_drake.model_errors import ModelErrors
 from lola_drake.obstacles import Obstacle
 from lola_drake.robot import PADS, add_lola
 from lola_drake.signals import FEET, PERIOD, of_foot
@@ -53,7 +54,11 @@ PAD_LINKS = tuple(
 """The links of the pads, in the order of the contact switches (0 to 7)."""
 
 
-def add_plant(builder: DiagramBuilder, ground: Ground) -> tuple[MultibodyPlant, SceneGraph]:
+def add_plant(
+    builder: DiagramBuilder,
+    ground: Ground,
+    errors: ModelErrors = ModelErrors(),  # noqa: B008  # frozen
+) -> tuple[MultibodyPlant, SceneGraph]:
     """Add LOLA on its ground to a diagram; the plant is not finalized yet."""
     config = MultibodyPlantConfig(
         time_step=PERIOD,
@@ -63,7 +68,7 @@ def add_plant(builder: DiagramBuilder, ground: Ground) -> tuple[MultibodyPlant, 
         stiction_tolerance=ground.friction_speed,
     )
     plant, scene_graph = AddMultibodyPlant(config, builder)
-    add_lola(plant)
+    add_lola(plant, errors)
     add_ground(plant, ground)
     return plant, scene_graph
 

@@ -7,6 +7,7 @@ from pydrake.multibody.parsing import Parser
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import ModelInstanceIndex
 
+from lola_drake.model_errors import ModelErrors, robot_urdf
 from lola_drake.paths import models_dir
 from lola_drake.signals import FEET, JOINTS
 from lola_drake.theory.constants import GRAVITY
@@ -34,11 +35,14 @@ _PAD_LINKS = ("foot_", "foot_", "zf", "zf")
 JOINT_INDEX = {name: i for i, name in enumerate(JOINTS)}
 
 
-def add_lola(plant: MultibodyPlant) -> ModelInstanceIndex:
+def add_lola(
+    plant: MultibodyPlant,
+    errors: ModelErrors = ModelErrors(),  # noqa: B008  # frozen
+) -> ModelInstanceIndex:
     """Parse LOLA into the plant (before Finalize) and return its model instance."""
     parser = Parser(plant)
     parser.package_map().AddPackageXml(models_dir() / "package.xml")
-    (instance,) = parser.AddModelsFromUrl("package://lola_models/lola/lola.urdf")
+    (instance,) = parser.AddModelsFromString(robot_urdf(errors), "urdf")
     return instance
 
 

@@ -31,11 +31,13 @@ from lola_drake.bus import MissedCycles
 from lola_drake.errors import LolaError, short, shown
 from lola_drake.feasibility import check_command, check_start, check_steps, footprints
 from lola_drake.ground import Ground
+from lola_drake.model_errors import ModelErrors
 from lola_drake.obstacles import Obstacle as Obstacle  # part of the schema
 from lola_drake.parameters import ParameterError, listing, parameter, validate
 from lola_drake.paths import scenario_paths
 from lola_drake.pushes import Push
 from lola_drake.walk import StartPose, Walk
+from lola_drake.worlds import Worlds
 
 VARIANTS = ("ref", "dyn", "original")
 
@@ -144,6 +146,8 @@ class Scenario:
     sensors: Sensors = field(default_factory=Sensors)
     control: Control = field(default_factory=Control)
     ground: Ground = field(default_factory=Ground)
+    model_errors: ModelErrors = field(default_factory=ModelErrors)
+    worlds: Worlds = field(default_factory=Worlds)
     pushes: tuple[Push, ...] = listing("forces from outside on the robot", 100)
     blocks: tuple[OwnLaw, ...] = listing("laws of your own in place of blocks", 32)
 
@@ -192,6 +196,11 @@ class Scenario:
             return self.ground.laid(feet)
         except ParameterError as error:
             raise error.under("ground") from None
+
+    def real_servos(self) -> JointServosParams:
+        """Return the servos as they are, and not as the controller takes them."""
+        servos, error = self.control.servos, self.model_errors.servo_gain
+        return dataclasses.replace(servos, position_gain=error * servos.position_gain)
 
     def active_control(self) -> Control:
         """Return what the controller runs with in this variant: `ref` is the gain 0."""

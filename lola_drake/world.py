@@ -121,8 +121,8 @@ def _drake_plant(
     stance: Stance,
     servos: type[ImplicitServos | DampingServos],
 ) -> tuple["Plant", "Servos"]:
-    plant, _ = add_plant(builder, scenario.terrain)
-    driven = servos(plant, scenario.control.servos)
+    plant, _ = add_plant(builder, scenario.terrain, scenario.model_errors)
+    driven = servos(plant, scenario.real_servos())
     plant.Finalize()
     connect_pushes(builder, plant, scenario.pushes)
     set_start(plant, scenario.start, scenario.terrain, stance.q, stance.p_PT)

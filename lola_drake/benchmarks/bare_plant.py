@@ -63,8 +63,8 @@ def bare_plant(
         servos: the kind of servos.
     """
     builder = DiagramBuilder()
-    plant, _ = add_plant(builder, scenario.terrain)
-    driven = servos(plant, scenario.control.servos)
+    plant, _ = add_plant(builder, scenario.terrain, scenario.model_errors)
+    driven = servos(plant, scenario.real_servos())
     plant.Finalize()
     connect_pushes(builder, plant, scenario.pushes)
     stance = initial_stance(scenario, Kinematics())

@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from lola_drake.scenario import Obstacle, differences, load_scenario, override
+from lola_drake.scenario import Obstacle, ScenarioError, differences, load_scenario, override
 from lola_drake.studies.sampled_worlds import sample_world
 
 SEEDS = range(200)
@@ -97,3 +97,80 @@ def test_stairs_and_footholds_move_and_fields_are_drawn_anew():
     assert len(set(seeds)) == len(seeds)
     assert seeds == [sample_world(field, seed).ground.fields[0].seed for seed in SEEDS]
     assert sample_world(field, 1).ground.obstacles == field.ground.obstacles
+
+
+@pytest.mark.parametrize(
+    ("seed", "drawn"),
+    [
+        (0, (0.8547846749285817, 258561.60847749663, 0.14374867619680973, 1, 2)),
+        (1003, (0.6751029473074533, 256207.04583938795, 0.16643396635944255, 2, 3)),
+    ],
+)
+def test_the_worlds_of_the_readme_stay_the_same(scenario, seed, drawn):
+    """Whoever changes this draws other worlds than those of which the README's figures tell."""
+    world = sample_world(scenario, seed)
+    found = (
+        world.ground.friction,
+        world.ground.stiffness,
+        world.ground.obstacles[0].position[0],
+        world.control.servos.delay_ticks,
+        world.sensors.imu.delay_ticks,
+    )
+    assert found == drawn
+
+
+@pytest.fixture(scope="module")
+def extended(scenario):
+    wider = override(scenario, {"worlds.extended": True})
+    return [sample_world(wider, seed) for seed in SEEDS]
+
+
+def test_extended_worlds_are_the_same_and_more(worlds, extended):
+    changed = set().union(*map(differences, extended, worlds))
+    assert changed == {
+        "worlds.extended",
+        "start.y",
+        "start.heading_deg",
+        "control.servos.missed",
+        "model_errors.mass",
+        "model_errors.inertia",
+        "model_errors.pad_stiffness",
+        "model_errors.pad_height",
+        "model_errors.servo_gain",
+    }
+
+
+def test_extended_worlds_keep_their_ranges(extended):
+    for name, low, high in (
+        ("mass", 0.95, 1.05),
+        ("inertia", 0.95, 1.05),
+        ("pad_stiffness", 0.9, 1.1),
+        ("pad_height", -5e-4, 5e-4),
+        ("servo_gain", 0.9, 1.1),
+    ):
+        least, most = spread([getattr(world.model_errors, name) for world in extended])
+        reach = 0.03 * (high - low)
+        assert low <= least < low + reach and high - reach < most <= high, name
+    least, most = spread([world.start.heading_deg for world in extended])
+    assert -0.3 <= least < -0.28 and 0.28 < most <= 0.3
+    counts = [len(world.control.servos.missed) for world in extended]
+    assert 2.0 < np.mean(counts) / extended[0].duration / 0.25 < 2.0 + 1.0
+
+
+def test_ranges_can_be_set(scenario):
+    narrow = override(scenario, {"worlds.friction": [0.5, 0.5], "worlds.bus_delay": [3, 3]})
+    world = sample_world(narrow, 4)
+    assert (world.ground.friction, world.control.servos.delay_ticks) == (0.5, 3)
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "message"),
+    [
+        ("friction", [0.9, 0.6], "from a number to one as large"),
+        ("bus_delay", [1, 1.5], "two whole numbers"),
+        ("mass", [0.1, 1.0], "mass"),
+    ],
+)
+def test_other_ranges_are_refused(scenario, key, value, message):
+    with pytest.raises(ScenarioError, match=message):
+        override(scenario, {f"worlds.{key}": value})
