@@ -35,11 +35,12 @@ def zeros_of(curve: Curve, grid: np.ndarray, values: np.ndarray) -> np.ndarray:
     Args: as in `largest`.
     """
     grid, values = _with_near_misses(curve, grid, values)
-    k = np.flatnonzero(np.sign(values[1:]) * np.sign(values[:-1]) < 0)
-    low, high, sign = grid[k], grid[k + 1], np.sign(values[k])
+    signs = _sign(values)
+    k = np.flatnonzero(signs[1:] != signs[:-1])
+    low, high, sign = grid[k], grid[k + 1], signs[k]
     for _ in range(HALVINGS_OF_ZERO if k.size else 0):
         middle = 0.5 * (low + high)
-        before = np.sign(curve(middle)) == sign
+        before = _sign(curve(middle)) == sign
         low, high = np.where(before, middle, low), np.where(before, high, middle)
     return 0.5 * (low + high)
 
@@ -48,18 +49,24 @@ def _with_near_misses(
     curve: Curve, grid: np.ndarray, values: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return the grid with the points at which a curve that nearly touches zero comes nearest."""
-    size, same = np.abs(values), np.sign(values[1:]) == np.sign(values[:-1])
+    size, signs = np.abs(values), _sign(values)
+    same = signs[1:] == signs[:-1]
     before, here, after = size[:-2], size[1:-1], size[2:]
     near = (here <= before) & (here <= after) & (2 * here < np.maximum(before, after))
     found, new = [grid], [values]
     for sign in (1.0, -1.0):
-        k = 1 + np.flatnonzero(near & same[:-1] & same[1:] & (np.sign(values[1:-1]) == sign))
+        k = 1 + np.flatnonzero(near & same[:-1] & same[1:] & (signs[1:-1] == sign))
         if k.size:
             at, nearest = _climb(_times(-sign, curve), grid, -sign * values, k)
             found.append(at)
             new.append(-sign * nearest)
     grid, order = np.unique(np.concatenate(found), return_index=True)
     return grid, np.concatenate(new)[order]
+
+
+def _sign(values: np.ndarray) -> np.ndarray:
+    """Return 1 or -1: a curve that is zero at a point of the grid crosses there, or not at all."""
+    return np.where(values < 0, -1.0, 1.0)
 
 
 def _times(factor: float, curve: Curve) -> Curve:

@@ -127,6 +127,7 @@ def assert_same(found: Margins, expected: dict[str, float]) -> None:
 @settings(max_examples=200)
 @given(random_loops())
 @example((np.exp(-3.0), 1, 0.0, [(np.exp(-1.0) + 0j, 1 + 0j)]))  # on the border
+@example((np.exp(-4.0), 2, 0.0, [(1 + 0j, 1 + 0j)]))  # the crossover is a point of the grid
 def test_margins_are_within_half_a_percent_of_brute_force(loop):
     found, expected = signal_margins(model(*loop)), by_brute_force(*loop)
     if expected["phase"] < 1e-6:
