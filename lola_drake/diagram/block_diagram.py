@@ -23,7 +23,7 @@ from lola_drake.typed_yaml import suggestion
 from lola_drake.world import build_simulation
 
 FORMATS = (".svg", ".png", ".pdf", ".dot")
-COMMAND = "lola diagram --all"
+COMMAND = "lola diagram --all --force"
 
 _PICTURES = (
     ("simulation", 1, False, "The closed loop: sensors, controller, plant."),
