@@ -17,6 +17,7 @@ PAGES = (
     "docs/howto/engines.md",
     "docs/howto/notebook.md",
     "docs/howto/records.md",
+    "docs/howto/studies.md",
     "docs/tutorials/first_walk.md",
 )
 
