@@ -32,17 +32,24 @@ FULL_FORCE = 300.0
 LEAST_FORCE = 20.0
 """A ground force (N) below which no arrow is drawn."""
 
+VERTICAL = "#8a8f98"
+"""The colour of the needle that does not lean."""
+
 LEGEND = (
-    (FOOT_COLOURS["l"], "ground force, left foot"),
-    (FOOT_COLOURS["r"], "right foot"),
+    (FOOT_COLOURS["l"], "ground force, left"),
+    (FOOT_COLOURS["r"], "right"),
     (THIRD, "CoM"),
     (SECOND, "ZMP"),
     (PRESSURE, "pressure of the pads"),
     (FIRST, "inclination of the torso, × 10"),
+    (VERTICAL, "the vertical"),
+    (f"{FOOT_COLOURS['l']}59", "planned footsteps, left"),
+    (f"{FOOT_COLOURS['r']}59", "right"),
 )
+"""What the colours mean."""
 
 PUSH_LEGEND = (PUSHED, "push")
-"""What the colours mean."""
+"""What is there, too, in a run with pushes."""
 
 
 class Markers:
@@ -59,7 +66,7 @@ class Markers:
         self._shine_through(f"{ROOT}/CoM/ball")
         meshcat.SetObject(f"{ROOT}/CoM/on the ground", Cylinder(0.022, 0.004), _rgba(THIRD))
         meshcat.SetObject(f"{ROOT}/ZMP", Cylinder(0.018, 0.008), _rgba(SECOND))
-        for name, colour in (("vertical", "#8a8f98"), ("torso", FIRST)):
+        for name, colour in (("vertical", VERTICAL), ("torso", FIRST)):
             path = f"{ROOT}/inclination/{name}"
             meshcat.SetObject(f"{path}/needle", Cylinder(0.005, 0.3), _rgba(colour))
             meshcat.SetTransform(f"{path}/needle", RigidTransform([0.0, 0.0, 0.15]))
