@@ -86,6 +86,9 @@ def reproduce(
         int, typer.Option(min=0, help="Sampled worlds; 0 for the scenarios as they are.")
     ] = 0,
     plant: Plant = None,
+    extended: Annotated[
+        bool, typer.Option("--extended", help="Draw all that worlds.extended means.")
+    ] = False,
     until: Until = None,
     output: Folder = None,
     jobs: Jobs = 2,
@@ -101,9 +104,12 @@ def reproduce(
     from lola_drake.studies.tables import reproduction_table
 
     folder = output or Path("runs") / "reproduction"
+    experiments = [e.changed({"worlds.extended": extended}) if extended else e for e in EXPERIMENTS]
     total = 2 * len(EXPERIMENTS) * max(samples, 1)
     with studying(folder, jobs, cluster, "reproduction", total) as (study, advance):
-        outcomes = run_experiments(study, samples, advance, plant=plant or "drake", width=until)
+        outcomes = run_experiments(
+            study, samples, advance, experiments, plant=plant or "drake", width=until
+        )
     conclude(
         folder,
         "reproduction",

@@ -5,6 +5,7 @@ is repeated over sampled worlds, both variants in the same ones, and what is sta
 distribution of the paired changes.
 """
 
+import dataclasses
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -40,6 +41,10 @@ class Experiment:
     variants: tuple[str, str] = ("ref", "dyn")
     changes: Mapping[str, object] = field(default_factory=dict)
     paper: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
+
+    def changed(self, changes: Mapping[str, object]) -> "Experiment":
+        """Return the experiment with further overrides of its scenario."""
+        return dataclasses.replace(self, changes={**self.changes, **changes})
 
     def scenarios(self, seed: int | None = None, plant: str = "drake") -> list[Scenario]:
         """Return the scenario in both variants, in the world of a seed or as it is written."""
@@ -137,6 +142,7 @@ class Outcome:
         """Return what reproduction.json says of the experiment."""
         return {
             "scenario": self.experiment.scenario,
+            "changes": dict(self.experiment.changes),
             "variants": list(self.experiment.variants),
             "worlds": len(self.pairs),
             "falls": self.falls(),

@@ -124,6 +124,14 @@ def test_reproduce_goes_on_where_it_was(lola, tmp_path):
     assert content["experiments"]["step_down_8cm5"]["falls"] == {"ref": 2, "dyn": 0}
 
 
+def test_reproduce_in_extended_worlds(lola):
+    done = lola("reproduce", "--samples", "1", "--extended", "--json")
+    experiments = json.loads(done.stdout)["experiments"]
+    assert all(e["changes"]["worlds.extended"] for e in experiments.values())
+    assert {run.worlds.extended for run in lola.runs} == {True}
+    assert all(run.model_errors.servo_gain != 1.0 for run in lola.runs)
+
+
 def test_reproduce_prints_paper_against_simulation(lola):
     done = lola("reproduce", "--samples", "2")
     assert done.exit_code == 0, done.output
