@@ -26,7 +26,7 @@ from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
-from lola_drake.errors import LolaError
+from lola_drake.errors import LolaError, shown
 from lola_drake.signals import FEET, SIGNALS, Signal, of_foot, split_foot
 from lola_drake.theory.noise import Noise
 
@@ -168,16 +168,13 @@ class Block:
             constants: what else its laws need, by the names of their arguments.
 
         Raises:
-            BlockError: if a law's argument is nothing known, a law gives nothing known, a state has
-                no law, or outputs wait for one another.
+            BlockError: if there is no such foot or state, a law's argument is nothing known, a law
+                gives nothing known, a state has no law, or outputs wait for one another.
         """
         self.params: Any = params
-        self.foot, self.constants = foot, constants
+        self.foot, self.constants = self._checked_foot(foot), constants
         self.gains = {f.name: f for f in _fields(params) if f.metadata.get("slider")}
-        self.initial = {
-            name: np.array((initial or {}).get(name, state.resting), dtype=float)
-            for name, state in self.states.items()
-        }
+        self.initial = self._checked_initial({} if initial is None else initial)
         # All arguments are looked at now, so that what is missing is said at once.
         self.arguments = {
             name: tuple(self._argument(name, argument) for argument in _names(function))
@@ -206,7 +203,12 @@ class Block:
             params = cls.Params()
         new = cls.__new__(cls)
         new.__dict__.update({k: v for k, v in vars(block).items() if k.startswith("_")})
-        Block.__init__(new, params, block.foot, initial=block.initial, **block.constants)
+        initial = {
+            name: value
+            for name, value in block.initial.items()
+            if name in cls.states and len(value) % cls.states[name].signal.size == 0
+        }
+        Block.__init__(new, params, block.foot, initial=initial, **block.constants)
         return new
 
     @property
@@ -254,6 +256,40 @@ class Block:
         if name == "foot":
             return FEET.index(self.foot) if self.foot else 0
         return getattr(self.params, name) if hasattr(self.params, name) else self.constants[name]
+
+    def _checked_foot(self, foot: str) -> str:
+        if foot not in ("", *FEET):
+            allowed = f"it must be {' or '.join(map(repr, FEET))}, or '' for none"
+            raise BlockError(
+                f"{type(self).__name__}: foot: {shown(foot)} is not allowed, {allowed}"
+            )
+        return foot
+
+    def _checked_initial(self, given: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
+        """Return the whole state at the start, of which some parts are given."""
+        name, parts = type(self).__name__, ", ".join(self.states) or "none"
+        if not isinstance(given, Mapping):
+            raise BlockError(f"{name}: initial: {shown(given)} is no mapping of the parts: {parts}")
+        for part in given:
+            if part not in self.states:
+                raise BlockError(f"{name}: initial: no part {shown(part)}, there are: {parts}")
+        return {
+            part: self._checked_part(part, given.get(part, state.resting), state)
+            for part, state in self.states.items()
+        }
+
+    def _checked_part(self, part: str, given: np.ndarray, state: State) -> np.ndarray:
+        size = state.signal.size
+        try:
+            value = np.array(given, dtype=float)
+        except (TypeError, ValueError):
+            value = np.array(np.nan)
+        # What nobody sees may be several samples, one behind the other.
+        fits = value.ndim == 1 and (value.size % size == 0 if state.hidden else value.size == size)
+        if not (fits and np.isfinite(value).all()):
+            where = f"{type(self).__name__}: initial[{part!r}]"
+            raise BlockError(f"{where}: {shown(given)} is not allowed, it must be {size} numbers")
+        return value
 
     def _argument(self, function: str, name: str) -> Argument:
         if name in self.objects:

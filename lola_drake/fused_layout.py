@@ -208,6 +208,13 @@ class Layout:
         places = tuple(self.place(name, argument) for argument in block.arguments[function])
         return Call(name, function, law, places, results)
 
+    def _loop(self, waiting: dict[str, tuple[str, str]]) -> list[str]:
+        """Return the waiting signals without those for which no other one waits."""
+        read = {signal: self._read_signals(*place) for signal, place in waiting.items()}
+        while last := read.keys() - set().union(*read.values()):
+            read = {signal: needs for signal, needs in read.items() if signal not in last}
+        return list(read)
+
     def _output_calls(self) -> list[Call]:
         """Return the laws of all outputs such that each comes after those whose output it reads."""
         waiting = {
@@ -224,7 +231,8 @@ class Layout:
                 if not self._read_signals(name, output) & waiting.keys()
             ]
             if not ready:
-                raise BlockError(f"these signals wait for one another: {', '.join(waiting)}")
+                loop = ", ".join(self._loop(waiting))
+                raise BlockError(f"these signals wait for one another: {loop}")
             for signal in ready:
                 name, output = waiting.pop(signal)
                 calls.append(self._call(name, output, (self.signals[signal],)))

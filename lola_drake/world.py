@@ -1,5 +1,6 @@
 """The closed loop as a Drake Diagram: plant, sensors and controller, block by block or fused."""
 
+import re
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -154,6 +155,20 @@ def _sensor_blocks(scenario: Scenario, kinematics: Kinematics) -> dict[str, Bloc
     }
 
 
+@contextmanager
+def _loops_in_one_line() -> Iterator[None]:
+    """Say which signals wait for one another; Drake tells that in many lines."""
+    try:
+        yield
+    except RuntimeError as error:
+        if "algebraic loop" not in str(error):
+            raise
+        signals = re.findall(r"OutputPort\[\d+\] \((\w+)\)", str(error))
+        waiting = ", ".join(dict.fromkeys(signals))
+        raise BlockError(f"these signals wait for one another: {waiting}") from None
+
+
+@_loops_in_one_line()
 def build_simulation(
     scenario: Scenario | str | Path, blocks: Mapping[str, Replacement] | None = None
 ) -> Diagram:

@@ -212,6 +212,26 @@ def test_the_state_begins_with_zero_unless_it_is_told():
     assert np.array_equal(block.initial["task_modification"], np.zeros(3))
 
 
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ({"foot": "x"}, "Tank: foot: 'x' is not allowed, it must be 'l' or 'r', or '' for none"),
+        ({"foot": ["l"]}, "is not allowed, it must be 'l' or 'r'"),
+        ({"initial": 5}, "Tank: initial: 5 is no mapping of the parts: "),
+        ({"initial": {"levl": [1.0]}}, "Tank: initial: no part 'levl', there are: "),
+        ({"initial": {"task_modification": [1.0]}}, "is not allowed, it must be 3 numbers"),
+        ({"initial": {"level": 4.0}}, "initial['level']: 4.0 is not allowed, it must be 1 numbers"),
+        ({"initial": {"level": "full"}}, "initial['level']: 'full' is not allowed"),
+        ({"initial": {"level": [float("nan")]}}, "initial['level']: [nan] is not allowed"),
+        ({"initial": {"level": [None, [1]]}}, "it must be 1 numbers"),
+    ],
+)
+def test_a_foot_and_a_start_that_cannot_be_are_one_line(arguments, message):
+    with pytest.raises(BlockError) as caught:
+        Tank(TankParams(), **({"foot": "l"} | arguments), **CONSTANTS)
+    assert message in str(caught.value) and "\n" not in str(caught.value)
+
+
 def test_the_system_does_what_the_laws_say():
     running = Ticking(tank("r"))
     running.fix("contact", np.arange(8.0))
