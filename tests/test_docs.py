@@ -101,3 +101,10 @@ def test_every_extra_is_in_the_one_table():
     table = (ROOT / "docs/index.md").read_text(encoding="utf-8")
     told = set(re.findall(r"^\| `lola_drake\[(\w+)\]` \|", table, re.MULTILINE))
     assert told == set(project["optional-dependencies"])
+
+
+def test_the_version_is_everywhere_the_same():
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    cited = re.search(r"^version: (\S+)$", (ROOT / "CITATION.cff").read_text("utf-8"), re.MULTILINE)
+    noted = re.search(r"^## (\S+)$", (ROOT / "CHANGELOG.md").read_text("utf-8"), re.MULTILINE)
+    assert project["version"] == cited[1] == noted[1]
