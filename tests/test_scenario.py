@@ -179,3 +179,9 @@ def test_every_force_law_has_its_section(law):
     assert type(control.of_law()) is FORCE_LAWS[law].Params
     expected = law if hasattr(control, law) else "force"
     assert control.of_law() is getattr(control, expected)
+
+
+@pytest.mark.parametrize("predecessor", ["variant=original", "control.law=configuration_space"])
+def test_height_adaptation_is_refused_where_no_foot_has_a_modification(predecessor):
+    with pytest.raises(ScenarioError, match="pattern.height_adaptation: True is not allowed"):
+        load_scenario("stand", ["pattern.height_adaptation=true", predecessor])
