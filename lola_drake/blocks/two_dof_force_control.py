@@ -7,7 +7,8 @@ How a contact follows what is desired (tau) and how it forgets a disturbance (de
 apart: with e = lambda_r - lambda an ideal contact has e'' + e' / delta + k_i e = 0, and no error is
 left where the ground moves steadily.
 
-The paper names it for the torques of the feet (its [13]); this form is ours and so are the numbers.
+The paper names it for the torques of the feet (its [13]); this form is ours and so are the numbers,
+which `lola tune --law two_dof` chose.
 U is that of the paper's law here: the pads in series with the servos.
 """
 
@@ -50,7 +51,7 @@ class TwoDofForceControlParams:
         slider=(0.001, 0.08, 0.001),
     )
     time_constant: float = parameter(
-        0.02,
+        0.0106,
         "delta, of the force error",
         "s",
         minimum=0.001,
@@ -59,7 +60,7 @@ class TwoDofForceControlParams:
         slider=(0.005, 0.08, 0.001),
     )
     integral_gain: float = parameter(
-        100.0,
+        350.0,
         "k_i, of the error's integral",
         "1/s^2",
         minimum=0,
