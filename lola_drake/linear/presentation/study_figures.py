@@ -1,6 +1,7 @@
 """Pictures of the longer studies: stability maps, Floquet multipliers, measured responses."""
 
 from collections.abc import Sequence
+from itertools import cycle
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -114,7 +115,7 @@ def multipliers_figure(maps: dict[str, StrideMap]) -> Figure:
     add_title(figure, f"Floquet multipliers of {first.section.scenario.name}, stride to stride")
     plane = figure.add_subplot(1, 2, 1, projection="polar")
     bars = figure.add_subplot(1, 2, 2)
-    for k, (colour, (name, stride)) in enumerate(zip(COLOURS, maps.items(), strict=False)):
+    for k, (colour, (name, stride)) in enumerate(zip(cycle(COLOURS), maps.items(), strict=False)):
         found = stride.multipliers()
         for kind, marker in _KINDS.items():
             values = np.array([m.value for m in found if m.kind == kind], dtype=complex)
@@ -174,7 +175,7 @@ def steps_figure(title: str, found: Sequence[Steps]) -> Figure:
     figure = Figure(figsize=(3.4 * len(found) + 0.6, 3.4), layout="constrained")
     add_title(figure, title)
     for axes, steps in zip(figure.subplots(1, len(found), squeeze=False)[0], found, strict=True):
-        for (height, simulated), colour in zip(steps.simulated.items(), COLOURS[1:], strict=False):
+        for (height, simulated), colour in zip(steps.simulated.items(), cycle(COLOURS[1:]), strict=False):
             axes.plot(steps.times, simulated, color=colour, lw=1.1, label=f"step {height:g}")
         axes.plot(steps.times, steps.linear, color=INK, lw=1.1, ls=DASHED, label="linear")
         axes.set_title(steps.name.replace(" -> ", "\n\N{RIGHTWARDS ARROW} "), fontsize=8.5)
