@@ -34,6 +34,7 @@ TESTS = (
     "tests/test_metrics.py",
     "tests/test_block.py",
     "tests/test_controller.py",
+    "tests/test_ground.py",
     "tests/scenarios/test_closed_loop.py",
 )
 SLOW = (

@@ -2,9 +2,10 @@
 
 from math import cos, pi, sin
 
+import numpy as np
 import pytest
 
-from lola_drake.theory.rectangles import Rectangle
+from lola_drake.theory.rectangles import Rectangle, common
 
 SQUARE = Rectangle(0.0, 0.0, 0.0, 2.0, 2.0)
 
@@ -45,3 +46,28 @@ def test_corners_are_covered_and_what_lies_beyond_is_not():
         d_x, d_y = x - turned.x, y - turned.y
         assert turned.covers(turned.x + 0.99 * d_x, turned.y + 0.99 * d_y)
         assert not turned.covers(turned.x + 1.01 * d_x, turned.y + 1.01 * d_y)
+
+
+def area(corners):
+    """Return the area of a polygon by the shoelace formula."""
+    pairs = zip(corners, corners[1:] + corners[:1], strict=True)
+    return 0.5 * abs(sum(x * v - u * y for (x, y), (u, v) in pairs))
+
+
+def test_what_two_rectangles_have_in_common_is_what_both_cover():
+    """Against a fine grid of points, in any position and direction."""
+    random = np.random.default_rng(2)
+    grid = [(x, y) for x in np.linspace(-0.9, 0.9, 61) for y in np.linspace(-0.9, 0.9, 61)]
+    apart = 0
+    for _ in range(25):
+        one, other = (
+            Rectangle(
+                *random.uniform(-0.2, 0.2, 2), random.uniform(0, 6), *random.uniform(0.2, 1, 2)
+            )
+            for _ in range(2)
+        )
+        corners = common(one, other)
+        covered = sum(one.covers(*point) and other.covers(*point) for point in grid) * 0.03**2
+        assert area(corners) == pytest.approx(covered, abs=0.02)
+        apart += not corners
+    assert apart < 25

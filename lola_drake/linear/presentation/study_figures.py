@@ -175,7 +175,8 @@ def steps_figure(title: str, found: Sequence[Steps]) -> Figure:
     figure = Figure(figsize=(3.4 * len(found) + 0.6, 3.4), layout="constrained")
     add_title(figure, title)
     for axes, steps in zip(figure.subplots(1, len(found), squeeze=False)[0], found, strict=True):
-        for (height, simulated), colour in zip(steps.simulated.items(), cycle(COLOURS[1:]), strict=False):
+        curves = zip(steps.simulated.items(), cycle(COLOURS[1:]), strict=False)
+        for (height, simulated), colour in curves:
             axes.plot(steps.times, simulated, color=colour, lw=1.1, label=f"step {height:g}")
         axes.plot(steps.times, steps.linear, color=INK, lw=1.1, ls=DASHED, label="linear")
         axes.set_title(steps.name.replace(" -> ", "\n\N{RIGHTWARDS ARROW} "), fontsize=8.5)
