@@ -145,6 +145,13 @@ def test_slip_is_the_worst_step_of_a_loaded_foot():
     assert metrics.max_slip(foot, np.zeros((9, 3))) == 0.0
 
 
+def test_a_foot_stands_from_50_N_on():
+    foot = np.zeros((6, 6))
+    foot[:, 0] = np.arange(6.0)
+    assert metrics.max_slip(foot, np.tile([0.0, 0.0, 50.5], (6, 1))) == 5.0
+    assert metrics.max_slip(foot, np.tile([0.0, 0.0, 49.5], (6, 1))) == 0.0
+
+
 def test_settling_counts_from_the_largest_inclination():
     times, torso = np.arange(6.0), np.zeros((6, TORSO_POSE.size))
     assert metrics.settling_time(times, torso) == 0.0
