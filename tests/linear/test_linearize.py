@@ -233,6 +233,13 @@ def test_the_full_loop_has_hundreds_of_states(standing):
     assert model.operating_point.held == ("contact_switches", "controller.walking_pattern")
 
 
+def test_a_block_that_switches_is_let_go_where_its_own_signal_is_read(standing):
+    for output, held in (("contact_wrench_l.wrench.F_z", True), ("ground_force.F_l.z", False)):
+        desired = "desired_wrench.wrench_l.F_z"
+        model = lola.linearize(standing.diagram, desired, output, standing.context)
+        assert ("contact_switches" in model.operating_point.held) is held
+
+
 def test_a_system_in_which_nothing_moves_has_no_states():
     square = Square()
     model = lola.linearize(square, [], [], square.CreateDefaultContext())

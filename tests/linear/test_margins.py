@@ -222,3 +222,9 @@ def test_poles_say_frequency_damping_and_whose_they_are():
     assert slow.dominating in ("angle", "rate")
     assert slow.participation == pytest.approx(0.5)
     assert (fast.dominating, fast.participation) == ("filter", pytest.approx(1.0))
+
+
+def test_a_gain_margin_at_rest_is_taken_at_0_hz():
+    """L(1) = -1/2, and nowhere else does L come to the negative axis."""
+    found = signal_margins(control.ss(0.5, 1.0, -0.25, 0.0, 0.01))
+    assert (found.gain_up, found.gain_up_frequency) == (pytest.approx(2.0), 0.0)
