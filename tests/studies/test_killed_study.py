@@ -74,3 +74,10 @@ def test_the_rows_are_those_of_an_undisturbed_study(tmp_path):
     Study(whole, inline).run(eval(SCENARIOS))
     assert len(rows(whole)) == 6
     assert rows(killed) == rows(whole)
+
+
+def test_two_studies_at_once_in_one_file_end_with_each_run_once(tmp_path):
+    file = tmp_path / "runs.sqlite"
+    studies = [begin(file), begin(file)]
+    assert [study.wait() for study in studies] == [0, 0]
+    assert len(rows(file)) == len(list(Store(file).rows())) == 6

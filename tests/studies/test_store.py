@@ -143,3 +143,15 @@ def test_the_worst_runs_failed_or_fell_early_or_inclined_most(file):
     worst = listed_runs(store, 5, worst=True)
     assert [run["seed"] for run in worst] == [3, 4, 2, 30, 1]
     assert worst[0]["command"] == f"lola study replay {file} 3"
+
+
+def test_a_full_disk_is_said_and_costs_no_run_that_is_kept(file):
+    store = Store(file)
+    store.keep(made(1))
+    pages = store.execute("PRAGMA page_count").fetchone()[0]
+    store.execute(f"PRAGMA max_page_count = {pages + 2}")
+    with pytest.raises(
+        ResultError, match=r"runs\.sqlite: cannot be used, database or disk is full"
+    ):
+        store.keep(*map(made, range(2, 99)))
+    assert [row.number for row in Store(file).rows()] == [1]
