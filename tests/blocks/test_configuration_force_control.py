@@ -208,6 +208,26 @@ def test_a_late_foot_seeks_the_ground_until_it_touches():
     assert feet.output("task_modification_r")[2] == pytest.approx(0, abs=4e-3)
 
 
+@pytest.mark.parametrize(("foot", "other"), ["lr", "rl"])
+def test_com_dynamics_move_a_loaded_foot_as_they_say(foot, other):
+    """As in eq. 21 of the paper's law: without an error their rate is all that the foot does."""
+    kinematics, q = Kinematics(), posture(hip=0.4, knee=0.8)
+    kinematics.update(q)
+    feet = Ticking(configuration_force_control(kinematics, q))
+    reference, rate = np.zeros(TASK_REFERENCE.size), np.array([0.2, -0.1, -0.05])
+    for k, name in enumerate("lr"):
+        reference[TASK_REFERENCE.slice(f"w_{name}")] = kinematics.w[FOOT_TASK * k :][:FOOT_TASK]
+    feet.fix("task_reference", reference)
+    feet.fix("gait_phase", 1.0, GAIT_PHASE.slice("blend"))
+    feet.fix("measured_wrench", np.tile([0.0, 0.0, 300.0, 0.0, 0.0, 0.0], 2))
+    felt = [feet.output(f"contact_wrench_{name}") for name in "lr"]
+    feet.fix("desired_wrench", np.concatenate(felt), slice(0, 6))
+    feet.fix(f"com_dynamics_rate_{foot}", rate)
+    moved = {name: feet.output(f"task_command_{name}")[[9, 10, 8]] for name in "lr"}
+    assert moved[foot] == pytest.approx(rate, rel=0.02, abs=1e-3)
+    assert moved[other] == pytest.approx(np.zeros(3), abs=2e-3)
+
+
 def configuration_force_control(kinematics, q):
     sensor = FootSensor(*foot_sensor_geometry(kinematics))
     params = HybridForceControlParams()
