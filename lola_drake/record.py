@@ -169,8 +169,14 @@ def between(signals: Mapping[str, np.ndarray], first: int, last: int) -> Mapping
 
 
 def open_signals(path: Path) -> h5py.File:
-    """Open a file of signals for reading, also while it is being written."""
-    return h5py.File(path, "r", swmr=True, rdcc_nbytes=0)
+    """Open a file of signals for reading, also while it is written, or if its writer was killed."""
+    try:
+        return h5py.File(path, "r", rdcc_nbytes=0)
+    except OSError as error:
+        # The way for one writer and many readers waits long where a file is damaged.
+        if "open for write" not in str(error):
+            raise
+        return h5py.File(path, "r", swmr=True, rdcc_nbytes=0)
 
 
 def read_signals(path: Path) -> tuple[np.ndarray, RecordedSignals]:
