@@ -24,6 +24,7 @@ from lola_drake.signals import (
     FEET,
     GAIT_PHASE,
     IDEAL_WRENCH,
+    JOINT_ANGLES,
     JOINTS,
     MEASURED_WRENCH,
     TASK_REFERENCE,
@@ -122,12 +123,24 @@ def _put_posture(wiring, context, q, w, kinematics, scenario, shares) -> None:
     base = np.array([0.0, 0.0, ground - sink]) - w[stance, :3] - p_TCom
     positions = np.concatenate([[1.0, 0.0, 0.0, 0.0], base, q])
     plant.SetPositionsAndVelocities(own, np.concatenate([positions, np.zeros(len(q) + 6)]))
-    set_discrete_state(_context(wiring, context, "inverse_kinematics"), q)
+    _put_joint_angles(wiring, context, q)
     servos = _context(wiring, context, "joint_servos")
     line = discrete_state(servos).reshape(-1, 3 * len(JOINTS))
     line[:] = 0.0
     line[:, : len(JOINTS)] = q
     set_discrete_state(servos, line.ravel())
+
+
+def _put_joint_angles(wiring: Wiring, context: Context, q: np.ndarray) -> None:
+    """Give the commanded joint angles to the block that has them as state, whichever does it."""
+    for block in wiring.blocks.values():
+        declared = getattr(block, "block", None)
+        parts = list(declared.states) if declared else []
+        if JOINT_ANGLES.name in parts:
+            state = own_context(block, context).get_mutable_discrete_state()
+            state.get_mutable_value(parts.index(JOINT_ANGLES.name))[:] = q
+            return
+    set_discrete_state(_context(wiring, context, "inverse_kinematics"), q)
 
 
 def _put_forces(wiring: Wiring, context: Context, shares: np.ndarray, weight: float) -> None:

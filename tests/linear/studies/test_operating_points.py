@@ -82,3 +82,12 @@ def test_a_law_that_holds_no_height_stands_where_it_is(standing):
     free = situation(scenario, "stand")
     assert free.residual < 1e-6
     assert height(free) == pytest.approx(height(standing), abs=0.002)
+
+
+def test_the_predecessors_law_stands_too():
+    """Its joint angles are its own state: it has no inverse kinematics beside it."""
+    place = situation(lola.load_scenario("stand", {"variant": "original"}), "stand")
+    left, right = forces(place)
+    assert place.residual <= 1e-8
+    assert left == pytest.approx(right, rel=1e-6)
+    assert left + right == pytest.approx(60.0 * 9.81, rel=1e-3)
