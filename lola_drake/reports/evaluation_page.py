@@ -6,13 +6,14 @@ from collections.abc import Mapping, Sequence
 from html import escape
 
 from lola_drake.reports.assets import packed_plotly, page_asset
+from lola_drake.studies.evaluation import MEASURED
 from lola_drake.studies.ranking import (
-    LABELS,
     MARGIN_COLUMNS,
     best,
     contenders,
     half_rows,
     margin_rows,
+    worlds_told,
 )
 from lola_drake.view3d.replay import asset, packed
 
@@ -24,9 +25,8 @@ def evaluation_page(evaluations: Sequence[Mapping]) -> str:
     """Return one page about evaluations of laws; the first one is what it is about."""
     first = evaluations[0]
     laws = [evaluation["law"] for evaluation in evaluations]
-    told = f"{first['worlds']} worlds at each size; " + ", ".join(
-        f"{name} {version}" for name, version in first["versions"].items()
-    )
+    versions = (f"{name} {version}" for name, version in first["versions"].items())
+    told = f"{worlds_told(evaluations)}; {', '.join(versions)}"
     content = {
         "contenders": [
             {
@@ -38,7 +38,8 @@ def evaluation_page(evaluations: Sequence[Mapping]) -> str:
         ],
         "trials": {title: _curves(evaluations, title) for title in first["trials"]},
     }
-    choices = {"share": "survived (%)", **LABELS}
+    measured = {key: measure.label for key, measure in MEASURED.items()}
+    choices = {"share": "survived (%)", **measured}
     parts = {
         "TITLE": escape(f"{first['law']} in the arena"),
         "ABOUT": escape(told),
@@ -55,29 +56,27 @@ def evaluation_page(evaluations: Sequence[Mapping]) -> str:
 
 
 def _curves(evaluations: Sequence[Mapping], title: str) -> dict[str, object]:
+    def of_contenders(key: str) -> dict[str, object]:
+        return {
+            name: evaluation["trials"][title][key][variant]
+            for evaluation in evaluations
+            if title in evaluation["trials"]
+            for name, _, variant in contenders([evaluation])
+        }
+
     mine = evaluations[0]["trials"][title]
-    curves = {
-        f"{evaluation['law']}, {variant}": curve
-        for evaluation in evaluations
-        for variant, curve in evaluation["trials"].get(title, {}).get("curves", {}).items()
-    }
-    halves = {
-        f"{evaluation['law']}, {variant}": size
-        for evaluation in evaluations
-        for variant, size in evaluation["trials"].get(title, {}).get("half", {}).items()
-    }
     return {
         "unit": mine["unit"],
         "direction": mine["direction_deg"],
-        "curves": curves,
-        "halves": halves,
+        "curves": of_contenders("curves"),
+        "halves": of_contenders("half"),
     }
 
 
 def _half_table(evaluations: Sequence[Mapping]) -> str:
     rows = []
-    for title, unit, cells, numbers in half_rows(evaluations):
-        leading = best(numbers)
+    for title, unit, cells, reaches in half_rows(evaluations):
+        leading = best(reaches)
         shown = [f"<b>{escape(c)}</b>" if i in leading else escape(c) for i, c in enumerate(cells)]
         rows.append([f"{escape(title)} ({escape(unit)})", *shown])
     names = [escape(name) for name, _, _ in contenders(evaluations)]

@@ -7,6 +7,7 @@ import itertools
 import os
 from collections.abc import Callable, Mapping, Sequence
 from math import isfinite
+from typing import NamedTuple
 
 import numpy as np
 
@@ -21,16 +22,34 @@ from lola_drake.typed_yaml import suggestion
 
 VARIANTS = ("ref", "dyn")
 
-MEASURED: dict[str, Callable[[Summary], float]] = {
-    "inclination_deg": lambda run: float(np.hypot(*run["max_inclination_deg"].values())),
-    "torque_error_Nm": lambda run: float(np.hypot(*run["rms_torque_error_Nm"].values())),
-    "foot_force_N": lambda run: run["max_foot_force_N"],
-    "drive_work_J": lambda run: run["drive_work_J"],
+
+class Measure(NamedTuple):
+    """What is said of the runs without a fall: its label, and how it follows from a summary."""
+
+    label: str
+    of: Callable[[Summary], float]
+
+
+MEASURED = {
+    "inclination_deg": Measure(
+        "largest inclination (deg)",
+        lambda run: _size(run["max_inclination_deg"]),
+    ),
+    "torque_error_Nm": Measure(
+        "RMS torque error (Nm)", lambda run: _size(run["rms_torque_error_Nm"])
+    ),
+    "foot_force_N": Measure("largest force on a foot (N)", lambda run: run["max_foot_force_N"]),
+    "drive_work_J": Measure("work of the drives (J)", lambda run: run["drive_work_J"]),
 }
-"""What is said of the runs without a fall, and how it follows from a summary."""
+"""By their names in evaluation.json."""
 
 MARGINS = {"force_loop": "left", "stabilizer": "stand"}
 """The named analyses whose margins stand beside the arena, and at which operating point."""
+
+
+def _size(of_axes: Mapping[str, float]) -> float:
+    """Return the size of what a summary has about x and y."""
+    return float(np.hypot(of_axes["x"], of_axes["y"]))
 
 
 def law_settings(law: str) -> dict[str, object]:
@@ -116,7 +135,7 @@ def _point(size: float, runs: list[Summary]) -> dict[str, object]:
     """Return the share of runs that stay up, with its interval, and medians over these."""
     standing = [run for run in runs if survived(run)]
     return {"size": size, **share(runs)} | {
-        name: median(np.array([measure(run) for run in standing]))
+        name: median(np.array([measure.of(run) for run in standing]))
         for name, measure in MEASURED.items()
     }
 

@@ -5,6 +5,7 @@ What was kept of a law stands beside a new one wherever both took part in a tria
 
 import json
 from collections.abc import Iterator, Mapping, Sequence
+from math import inf
 from pathlib import Path
 
 from rich.table import Table
@@ -12,15 +13,11 @@ from rich.table import Table
 from lola_drake.atomic_file import reason
 from lola_drake.errors import ResultError
 
-LABELS = {
-    "inclination_deg": "largest inclination (deg)",
-    "torque_error_Nm": "RMS torque error (Nm)",
-    "foot_force_N": "largest force on a foot (N)",
-    "drive_work_J": "work of the drives (J)",
-}
-"""What is measured at every point, and its axis."""
-
 MARGIN_COLUMNS = ("disk", "phase (deg)", "delay (ms)")
+
+Reach = tuple[float, float]
+"""By which contenders are ranked: where half fall, and the share that stays up beyond what was
+tried. Records may have tried other sizes, so what lies beyond these is infinitely far, or near."""
 
 
 def contenders(evaluations: Sequence[Mapping]) -> Iterator[tuple[str, str, str]]:
@@ -28,6 +25,12 @@ def contenders(evaluations: Sequence[Mapping]) -> Iterator[tuple[str, str, str]]
     for evaluation in evaluations:
         for variant in evaluation["margins"]:
             yield f"{evaluation['law']}, {variant}", evaluation["law"], variant
+
+
+def worlds_told(evaluations: Sequence[Mapping]) -> str:
+    """Return in how many worlds each law was, which may differ."""
+    counts = (f"{evaluation['law']} {evaluation['worlds']}" for evaluation in evaluations)
+    return f"worlds at each size: {', '.join(counts)}"
 
 
 def load_evaluation(file: str | Path) -> Mapping:
@@ -58,7 +61,7 @@ def evaluation_table(evaluations: Sequence[Mapping]) -> Table:
     A row for every trial: the size at which half of the worlds fall.
     """
     first = evaluations[0]
-    table = Table(title=f"half of the worlds fall at ({first['worlds']} worlds at each size)")
+    table = Table(title=f"half of the worlds fall at ({worlds_told(evaluations)})")
     table.add_column("")
     for name, _, _ in contenders(evaluations):
         table.add_column(name, justify="right")
@@ -77,38 +80,38 @@ def evaluation_table(evaluations: Sequence[Mapping]) -> Table:
 
 def half_rows(
     evaluations: Sequence[Mapping],
-) -> Iterator[tuple[str, str, list[str], list[float | None]]]:
+) -> Iterator[tuple[str, str, list[str], list[Reach | None]]]:
     """Yield of every trial its title, its unit, and of every contender where half fall.
 
-    As text, and as a number by which contenders can be ranked; None where it did not take part.
+    As text, and as what ranks contenders; None where one did not take part.
     """
     for title, trial in evaluations[0]["trials"].items():
-        texts, numbers = [], []
+        texts, reaches = [], []
         for evaluation in evaluations:
             for variant in evaluation["margins"]:
-                text, number = "", None
+                text, reach = "", None
                 if title in evaluation["trials"]:
-                    text, number = _half(evaluation["trials"][title], variant)
+                    text, reach = _half(evaluation["trials"][title], variant)
                 texts.append(text)
-                numbers.append(number)
-        yield title, trial["unit"], texts, numbers
+                reaches.append(reach)
+        yield title, trial["unit"], texts, reaches
 
 
-def _half(trial: Mapping, variant: str) -> tuple[str, float]:
+def _half(trial: Mapping, variant: str) -> tuple[str, Reach]:
     size, curve = trial["half"][variant], trial["curves"][variant]
     if size is None:
-        return f"> {curve[-1]['size']:g}", curve[-1]["size"] + 1e-3 * curve[-1]["share"]
+        return f"> {curve[-1]['size']:g}", (inf, curve[-1]["share"])
     if size == curve[0]["size"]:
-        return f"< {size:g}", size
-    return f"{size:.3g}", size
+        return f"< {size:g}", (-inf, curve[0]["share"])
+    return f"{size:.3g}", (size, 0.0)
 
 
-def best(numbers: Sequence[float | None]) -> set[int]:
+def best(reaches: Sequence[Reach | None]) -> set[int]:
     """Return which contenders come farthest in a trial; nobody where all come equally far."""
-    there = [number for number in numbers if number is not None]
+    there = [reach for reach in reaches if reach is not None]
     if not there or min(there) == max(there):
         return set()
-    return {i for i, number in enumerate(numbers) if number == max(there)}
+    return {i for i, reach in enumerate(reaches) if reach == max(there)}
 
 
 def margin_rows(evaluations: Sequence[Mapping]) -> list[list[str]]:

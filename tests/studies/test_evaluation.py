@@ -161,7 +161,18 @@ def test_the_best_of_a_trial_comes_farthest(content):
     assert texts == ["7", "12", "5", "5", "> 14", "> 14"]
     # Beyond the last size the share there decides.
     assert best(numbers) == {5}
-    assert best([3.0, 3.0, None]) == set()
+    assert best([(3.0, 0.0), (3.0, 0.0), None]) == set()
+
+
+def test_what_lies_beyond_the_sizes_of_one_record_is_not_ranked_by_them(content):
+    """A record of few sizes says "< 12" of what another one finds at 10.5."""
+    (_, _, _, (within, _)) = next(half_rows([other(content, "damping", 10.5)]))
+    few = json.loads(json.dumps(content))
+    for variant in ("ref", "dyn"):
+        few["trials"]["board"]["curves"][variant] = [{"size": 12, "share": 0.0}]
+        few["trials"]["board"]["half"][variant] = 12.0
+    (_, _, (text, _), (below, _)) = next(half_rows([few]))
+    assert text == "< 12" and best([within, below]) == {0}
 
 
 def test_an_evaluation_stands_beside_others_of_other_laws(content):
@@ -169,6 +180,7 @@ def test_an_evaluation_stands_beside_others_of_other_laws(content):
     assert [each["law"] for each in with_others(content, kept)] == ["hybrid", "damping"]
     table = evaluation_table(with_others(content, kept))
     assert len(table.columns) == 5 and table.row_count == 2
+    assert "hybrid 4, damping 4" in str(table.title)
 
 
 def test_margins_that_may_be_any_and_loops_that_are_unstable(content):
