@@ -16,12 +16,29 @@ from lola_drake.cli.app import app
 from lola_drake.errors import LolaError
 from lola_drake.paths import scenario_paths
 
-PAGES = ("README.md", "docs/limitations.md", "docs/linearise.md", "docs/laws.md", "docs/faq.md")
+PAGES = (
+    "README.md",
+    "docs/architecture.md",
+    "docs/experiments.md",
+    "docs/scenarios.md",
+    "docs/laws.md",
+    "docs/linearise.md",
+    "docs/faq.md",
+    "docs/limitations.md",
+    "docs/howto/engines.md",
+    "docs/howto/tuning.md",
+)
 MEASURED = re.compile(r"\d ?(%|°|ms\b|µs\b|mm\b|MB\b|km/h)")
 """What a section with a measured number looks like."""
 
 CLAIMS = claims()
-RECORD = json.loads((CHECKOUT / "docs/experiments/reproduction.json").read_text())["experiments"]
+
+
+def recorded(name):
+    return json.loads((CHECKOUT / f"docs/experiments/{name}.json").read_text())["experiments"]
+
+
+RECORD, MUJOCO = recorded("reproduction"), recorded("reproduction_20_mujoco")
 NAMES = ("step_down", "step_down_8cm5", "board_9cm", "board_4cm")
 METRICS = [
     (metric, axis) for metric in ("max_inclination_deg", "rms_torque_error_Nm") for axis in "xy"
@@ -101,13 +118,17 @@ def test_a_claim_without_test_or_command_shows_nothing():
 
 
 def percent(value):
-    """Return a change as the README writes it."""
+    """Return a change as the pages write it."""
     rounded = round(value)
     return f"{'−' if value < 0 else '+'}{abs(rounded)}"
 
 
+def falls(record):
+    return ", ".join(f"{variant} {n}" for variant, n in record["falls"].items())
+
+
 def test_the_table_of_the_experiments_is_their_record():
-    table = sections("README.md")["the-papers-experiments"]
+    table = sections("docs/experiments.md")["in-100-worlds"]
     rows = [row for row in table.splitlines() if "&#124;" in row or "| RMS" in row]
     assert len(rows) == len(NAMES) * len(METRICS)
     for row, (name, (metric, axis)) in zip(
@@ -125,16 +146,12 @@ def test_the_table_of_the_experiments_is_their_record():
         paper = record["paper"].get(metric, {}).get(axis)
         assert ("–" if paper is None else f"{percent(paper)} %") in said
         if (metric, axis) == METRICS[0]:
-            fallen = ", ".join(f"{variant} {n}" for variant, n in record["falls"].items())
-            assert fallen in row
+            assert falls(record) in row
 
 
 def test_the_table_of_engines_is_its_records():
-    records = {
-        engine: json.loads(text_of(f"docs/experiments/reproduction_20{suffix}.json"))["experiments"]
-        for engine, suffix in (("Drake", ""), ("MuJoCo", "_mujoco"))
-    }
-    table = sections("README.md")["in-another-engine"].splitlines()
+    records = {"Drake": recorded("reproduction_20"), "MuJoCo": MUJOCO}
+    table = sections("docs/experiments.md")["in-another-engine"].splitlines()
     rows = [row for row in table if re.match(r"\|.*\| (Drake|MuJoCo) \|", row)]
     wanted = [(name, engine) for name in NAMES for engine in records]
     changes = {}
@@ -144,11 +161,36 @@ def test_the_table_of_engines_is_its_records():
         median = record["median_change_percent"]
         changes[name, engine] = [median[metric][axis] for metric, axis in METRICS]
         cells = [cell.strip() for cell in row.split("|")]
-        fallen = ", ".join(f"{variant} {n}" for variant, n in record["falls"].items())
+        fallen = falls(record)
         assert cells[2:-1] == [engine, *(f"{percent(c)} %" for c in changes[name, engine]), fallen]
     for name in NAMES:
         for one, other in zip(changes[name, "Drake"], changes[name, "MuJoCo"], strict=True):
             assert one * other > 0 and abs(one - other) < 4.0
+
+
+def test_the_readme_has_the_figures_of_the_records():
+    table = text_of("README.md").split("\n## The paper's experiments\n")[1].split("\n## ")[0]
+    rows = [[cell.strip() for cell in row.split(" | ")[1:]] for row in table.splitlines()]
+    rows = [row for row in rows if len(row) == 4]
+    wanted = []
+    for drake, mujoco in ((RECORD[name], MUJOCO[name]) for name in NAMES):
+        for metric, axis in METRICS[1:]:  # of the inclinations only that about y
+            here, there = (r["median_change_percent"][metric][axis] for r in (drake, mujoco))
+            interval = " … ".join(map(percent, drake["interval_95"][metric][axis]))
+            paper = drake["paper"].get(metric, {}).get(axis)
+            said = "–" if paper is None else f"{percent(paper)} %"
+            wanted.append([said, f"{percent(here)} % ({interval})", f"{percent(there)} %"])
+        wanted.append(["–", falls(drake), falls(mujoco)])
+    assert [[*row[1:3], row[3].rstrip(" |")] for row in rows] == wanted
+
+
+def test_the_readme_has_no_figure_of_its_own():
+    """Each figure of its limitations is one of the page that it leads to."""
+    said, page = (
+        re.findall(r"\d+(?:\.\d+)?(?: (?:%|cm|times|of \d+))", sections(name)["limitations"])
+        for name in ("README.md", "docs/limitations.md")
+    )
+    assert len(said) >= 5 and set(said) <= set(page)
 
 
 @pytest.mark.parametrize("page", ["README.md", "docs/tutorials/paper.md"])
@@ -175,7 +217,12 @@ def test_the_record_of_the_gains_has_all_trials():
 
 def test_the_table_of_gains_has_the_defaults():
     scenario, checked = lola.load_scenario("stand"), 0
-    for row in text_of("README.md").split("\n## Gains\n")[1].split("\n## ")[0].splitlines():
+    for row in (
+        text_of("docs/howto/tuning.md")
+        .split("\n## What they are\n")[1]
+        .split("\n## ")[0]
+        .splitlines()
+    ):
         names, said = re.findall(r"`([\w.]+)`", row.partition(" | ")[0]), row.split(" | ")[1:2]
         if not (row.startswith("|") and names) or row.startswith("| U,"):
             continue

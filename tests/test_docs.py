@@ -3,12 +3,16 @@
 import inspect
 import pkgutil
 import re
+import shlex
 import tomllib
 from pathlib import Path
 
 import pytest
+import typer
 
 import lola_drake as lola
+from lola_drake.cli.app import app
+from lola_drake.paths import scenario_paths
 
 ROOT = Path(__file__).parents[1]
 PAGES = (
@@ -60,12 +64,71 @@ DOCS = sorted((ROOT / "docs").rglob("*.md"))
 TEXTS = [*DOCS, *(ROOT / name for name in ("README.md", "CONTRIBUTING.md", "CHANGELOG.md"))]
 
 
+def prose(page):
+    """Return the text of a page without its code."""
+    return re.sub(r"```.*?```|`[^`]*`", "", page.read_text(encoding="utf-8"), flags=re.DOTALL)
+
+
+def anchors(page):
+    """Return the anchors of a page's headings, as GitHub and the site make them."""
+    text = re.sub(r"```.*?```", "", page.read_text(encoding="utf-8"), flags=re.DOTALL)
+    titles = re.findall(r"^#+ (.*)", text, re.MULTILINE)
+    return {re.sub(r"[^\w\- ]", "", title.lower()).replace(" ", "-") for title in titles}
+
+
 @pytest.mark.parametrize("page", TEXTS, ids=lambda page: page.relative_to(ROOT).as_posix())
 def test_links_lead_somewhere(page):
-    text = re.sub(r"```.*?```|`[^`]*`", "", page.read_text(encoding="utf-8"), flags=re.DOTALL)
-    for link in re.findall(r"\]\(([^)#\s]+)(?:#[^)]*)?\)", text):
+    text = prose(page)
+    for link, anchor in re.findall(r"\]\(([^)#\s]*)(?:#([^)]*))?\)", text):
         if "://" not in link:
-            assert (page.parent / link).exists(), link
+            target = page.parent / link if link else page
+            assert target.exists(), link
+            assert not anchor or anchor in anchors(target), f"{link}#{anchor}"
+    for source in re.findall(r'src="([^"]*)"', text):
+        assert (page.parent / source).exists(), source
+
+
+def test_links_to_other_sites_are_encrypted_and_each_is_written_in_one_way():
+    links = {link for page in TEXTS for link in re.findall(r"https?:[^\s)>\"]+", prose(page))}
+    assert links and all(re.fullmatch(r"https://[a-z.]+\.[a-z]+(/[\w./-]*)?", x) for x in links)
+    assert len({link.rstrip("/").replace("www.", "") for link in links}) == len(links)
+
+
+def named_commands(page):
+    """Return what a page tells to type after `lola`, but for what stands for something else."""
+    text = page.read_text(encoding="utf-8")
+    spans = re.findall(r"`(lola [^`]+)`", re.sub(r"```.*?```", "", text, flags=re.DOTALL))
+    lines = re.findall(r"^(?:venv/bin/)?(lola .*)", text, re.MULTILINE)
+    found = (re.split(r" {2,}#|\s#", command)[0] for command in [*spans, *lines])
+    return sorted({c for c in found if re.match(r"lola [a-z]", c) and "…" not in c})
+
+
+@pytest.mark.parametrize("page", TEXTS[:-1], ids=lambda page: page.relative_to(ROOT).as_posix())
+def test_commands_of_a_page_exist_with_their_options(page):
+    """Options and their kinds are right; what they are for may be left out."""
+    for line in named_commands(page):
+        rest, command = shlex.split(line)[1:], typer.main.get_command(app)
+        while hasattr(command, "commands") and rest:
+            assert rest[0] in command.commands, line
+            command, rest = command.commands[rest[0]], rest[1:]
+        try:
+            command.make_context(line, rest)
+        except Exception as error:  # of click, or of the copy that typer has of it
+            left_out = type(error).__name__ in ("MissingParameter", "NoArgsIsHelpError")
+            assert left_out, f"{line}: {error}"
+
+
+def test_every_command_is_in_the_reference_and_in_the_readme():
+    commands = set(typer.main.get_command(app).commands)
+    for page in ("README.md", "docs/reference/commands.md"):
+        text = (ROOT / page).read_text(encoding="utf-8")
+        assert commands <= set(re.findall(r"`lola ([a-z]+)", text)), page
+
+
+def test_every_scenario_is_in_the_table_and_in_the_readme():
+    for page in ("README.md", "docs/scenarios.md"):
+        text = (ROOT / page).read_text(encoding="utf-8")
+        assert set(scenario_paths()) <= set(re.findall(r"`([a-z_0-9]+)`", text)), page
 
 
 def test_no_module_is_called_like_a_public_name():
