@@ -1,5 +1,6 @@
 """Contacts that come before or after their time: what the plan did not expect."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -53,3 +54,18 @@ def landings(result: Result) -> list[Landing]:
             if len(candidates):
                 found.append(Landing(foot, float(lift_off + swing), float(candidates[0])))
     return sorted(found, key=lambda landing: landing.measured)
+
+
+def surprises(results: Sequence[Result]) -> list[tuple[Landing, ...]]:
+    """Return the landings, one of each run, that came early or late in all of the runs.
+
+    Each landing of a run is held against that of the same number in the others; the run that ends
+    first ends the list.
+    """
+    together = zip(*map(landings, results), strict=False)
+    return [same for same in together if _surprise(same)]
+
+
+def _surprise(same: Sequence[Landing]) -> bool:
+    one_foot = len({landing.foot for landing in same}) == 1
+    return one_foot and all(landing.kind != "punctual" for landing in same)

@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
-from lola_drake.contact_events import landings
+from lola_drake.contact_events import landings, surprises
 from lola_drake.figures.variants_figure import variants_figure
+from lola_drake.reports.payload import events
 from lola_drake.scenario import Scenario
 from lola_drake.signals import CONTACT, FEET
 
@@ -61,6 +62,18 @@ def test_a_foot_that_never_lands_is_left_out(walk):
     result = walk(0.0, 0.0, 0.0)
     result.signals["contact"][result.times > 2.9, CONTACT.slice("pads_l")] = 0.0
     assert [landing.foot for landing in landings(result)] == ["l", "r"]
+
+
+def test_a_surprise_is_the_same_landing_in_every_run(walk):
+    """One run alone was late at the first step; its second is not held against that."""
+    late_twice, late_once = walk(0.1, 0.2, 0.0, variant="ref"), walk(0.0, 0.15, 0.0)
+    ((first, second),) = surprises([late_twice, late_once])
+    assert first.foot == second.foot == "r"
+    assert first.planned == second.planned == pytest.approx(LIFT_OFFS[1] + SWING, abs=2e-3)
+    texts = variants_figure([late_twice, late_once]).axes[0].texts
+    assert [text.get_text() for text in texts] == ["right foot late"]
+    (event,) = events([late_twice, late_once])
+    assert event["planned"] == first.planned and event["time"] == first.measured
 
 
 def test_the_figure_shows_what_was_not_expected(walk):

@@ -6,7 +6,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from lola_drake.contact_events import Landing, landings
+from lola_drake.contact_events import Landing, surprises
 from lola_drake.figures.comparison import RUN_COLOURS
 from lola_drake.figures.style import DASHED, FAINT, FOOT_NAMES, NOISE, look, mark_pushes, plot
 from lola_drake.logged import COM_POSITION
@@ -52,7 +52,7 @@ def _draw(figure: Figure, results: Sequence[Result]) -> None:
     for ax, label in zip(axes, ROWS, strict=True):
         ax.set_ylabel(label)
         ax.axhline(0.0, color=FAINT, lw=0.6)
-    unexpected = [[x for x in landings(result) if x.kind != "punctual"] for result in results]
+    unexpected = surprises(results)
     _mark(axes, unexpected)
     mark_pushes(results[0], axes)
     axes[-1].set(xlabel="time (s)", xlim=_window(results, unexpected))
@@ -78,18 +78,18 @@ def unplanned_acceleration(result: Result) -> np.ndarray:
 
 
 def _window(
-    results: Sequence[Result], unexpected: Sequence[Sequence[Landing]]
+    results: Sequence[Result], unexpected: Sequence[tuple[Landing, ...]]
 ) -> tuple[float, float]:
     end = max(result.duration for result in results)
-    times = [t for row in unexpected for x in row for t in (x.planned, x.measured)]
+    times = [t for same in unexpected for x in same for t in (x.planned, x.measured)]
     if not times:
         return 0.0, end
     return max(min(times) - LEAD, 0.0), min(max(times) + TAIL, end)
 
 
-def _mark(axes: Sequence[Axes], unexpected: Sequence[Sequence[Landing]]) -> None:
+def _mark(axes: Sequence[Axes], unexpected: Sequence[tuple[Landing, ...]]) -> None:
     """Shade from the planned to the last real landing; a line for the landing of each variant."""
-    for same in zip(*unexpected, strict=False):
+    for same in unexpected:
         times = [time for landing in same for time in (landing.planned, landing.measured)]
         for ax in axes:
             ax.axvspan(min(times), max(times), color=NOISE, alpha=0.45, lw=0)

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from lola_drake.contact_events import landings
+from lola_drake.contact_events import surprises
 from lola_drake.figures.style import FOOT_NAMES, intervals
 from lola_drake.pushes import Push
 from lola_drake.reports.panels import Cell, Curve, time_panels
@@ -68,7 +68,6 @@ def _push(push: Push) -> dict[str, Any]:
 
 
 def _unexpected_contacts(results: Sequence[Result]) -> list[dict[str, Any]]:
-    unexpected = [[x for x in landings(result) if x.kind != "punctual"] for result in results]
     return [
         {
             "name": f"t{i + 1}",
@@ -76,7 +75,7 @@ def _unexpected_contacts(results: Sequence[Result]) -> list[dict[str, Any]]:
             "planned": min(landing.planned for landing in same),
             "time": max(landing.measured for landing in same),
         }
-        for i, same in enumerate(zip(*unexpected, strict=False))
+        for i, same in enumerate(surprises(results))
     ]
 
 
