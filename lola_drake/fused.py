@@ -8,6 +8,7 @@ blocks that are no pure law, such as the walking pattern, and laws that numba do
 
 import sys
 from collections.abc import Callable, Iterator
+from functools import cache
 from itertools import groupby
 from typing import TYPE_CHECKING, Any
 
@@ -24,6 +25,12 @@ if TYPE_CHECKING:
     from numba.core.dispatcher import Dispatcher
 
 COMPILING = "lola: compiling the controller's laws, once; this takes 10 to 25 s"
+
+
+@cache
+def _say_compiling() -> None:
+    """Say it once: what is compiled may be tried in several parts."""
+    print(COMPILING, file=sys.stderr, flush=True)
 
 
 def programs(layout: Layout, compile_laws: bool) -> list[Callable[[np.ndarray], None]]:
@@ -148,7 +155,7 @@ def _in_machine_code(layout: Layout, calls: list[Call]) -> Callable[[np.ndarray]
     try:
         function = compiled_text("tick", program, called)
         if not is_kept(function):
-            print(COMPILING, file=sys.stderr, flush=True)
+            _say_compiling()
         _compile(function)
     except Exception as error:
         raise NotCompilable(str(error)) from error

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from pydrake.systems.analysis import Simulator
 
+from lola_drake import fused as fused_module
 from lola_drake.block import Block, BlockError, Part, State, law
 from lola_drake.blocks.force_laws import FORCE_LAWS
 from lola_drake.controller import WalkingController
@@ -225,6 +226,17 @@ def test_a_law_that_numba_does_not_know_runs_as_python(share):
     blocks = boiler() | {"sharing": made("Sharing", share=law(share))()}
     fused = assert_same(blocks, ("water", "steam", "heat", "share"))
     assert len(fused._programs) == 3, "machine code, Python, machine code"
+
+
+def test_that_laws_are_compiled_is_said_once(monkeypatch, capsys):
+    monkeypatch.delenv("LOLA_COMPILE", raising=False)
+    monkeypatch.setattr(fused_module, "is_kept", lambda function: False)
+    fused_module._say_compiling.cache_clear()
+    # Tried as a whole, then law by law, then in parts; and once more for another system.
+    blocks = boiler() | {"sharing": made("Sharing", share=law(in_python_alone))()}
+    for _ in range(2):
+        FusedSystem(blocks)
+    assert capsys.readouterr().err == f"{fused_module.COMPILING}\n"
 
 
 def test_a_law_that_gives_numbers_of_mixed_kinds_runs_as_python():

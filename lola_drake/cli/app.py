@@ -25,11 +25,16 @@ from lola_drake.cli import (
     sweep,
 )
 from lola_drake.cli.common import INTERRUPTED, fail
-from lola_drake.cli.terminal import any_terminal
+from lola_drake.cli.terminal import any_terminal, keep_brackets
 
 
 class _Lola(TyperGroup):
     """The command with all below it; says in one line what is wrong with an option."""
+
+    def __init__(self, *args: Any, **extra: Any):
+        """Make the command, see `TyperGroup`."""
+        super().__init__(*args, **extra)
+        keep_brackets(self)
 
     def main(self, *args: Any, standalone_mode: bool = True, **extra: Any) -> Any:
         """Run the command, see `TyperGroup.main`."""

@@ -14,7 +14,7 @@ app = typer.Typer()
 
 @app.command()
 def bench(
-    repeats: Annotated[int, typer.Option(min=1, help="Strides that are measured.")] = 5,
+    repeats: Annotated[int, typer.Option(min=1, max=1000, help="Strides that are measured.")] = 5,
     vs_mujoco: Annotated[
         bool, typer.Option("--vs-mujoco", help="Compare the plant with the same robot in MuJoCo.")
     ] = False,

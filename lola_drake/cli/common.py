@@ -20,6 +20,12 @@ FAILED = 1
 INTERRUPTED = 130
 """Exit code after Ctrl-C, as shells give it."""
 
+MOST = 100_000
+"""Of worlds, or of what else is counted: more is a slip of the finger."""
+
+MOST_JOBS = 1000
+"""Of processes."""
+
 Json = Annotated[bool, typer.Option("--json", help="Print the result as JSON, and nothing else.")]
 
 ScenarioName = Annotated[str, typer.Argument(help="A name from `lola list`, or a YAML file.")]
@@ -144,7 +150,9 @@ def progress_bar(
         thread: whether the bar's clock goes on by itself. The thread for it slows a simulation in
             the same process by 2 %; without one the bar is drawn when something is done.
     """
-    columns = TextColumn(name), BarColumn(), *columns, TimeElapsedColumn()
+    # A name may have brackets in it, of any kind.
+    title = TextColumn("{task.description}", markup=False)
+    columns = title, BarColumn(), *columns, TimeElapsedColumn()
     console = Console(stderr=True)
     with Progress(*columns, console=console, transient=True, auto_refresh=thread) as progress:
         task, drawn = progress.add_task(name, total=total), 0.0

@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from lola_drake.cli.common import Json, drawn, errors_in_one_line
+from lola_drake.cli.common import MOST, Json, drawn, errors_in_one_line
 from lola_drake.cli.studying import Cluster, Folder, Jobs, conclude, studying
 
 app = typer.Typer()
@@ -16,7 +16,8 @@ def evaluate(
     law: Annotated[str, typer.Argument(help="One of control.law, or FILE.py:CLASS.")],
     quick: Annotated[bool, typer.Option("--quick", help="A part of it, in two minutes.")] = False,
     worlds: Annotated[
-        int | None, typer.Option(min=1, help="At every size of a trial: 10, or 4 if quick.")
+        int | None,
+        typer.Option(min=1, max=MOST, help="At every size of a trial: 10, or 4 if quick."),
     ] = None,
     against: Annotated[
         list[Path] | None,

@@ -8,6 +8,7 @@ import typer
 
 from lola_drake.cli.common import (
     COUNT,
+    MOST_JOBS,
     Blocks,
     Changes,
     Force,
@@ -30,7 +31,7 @@ At = Annotated[
     str | None,
     typer.Option(help="stand, left, right, t=3.2, or a pose such as 'load=0.7 stride=0.2'."),
 ]
-Jobs = Annotated[int, typer.Option(min=1, help="Number of processes.")]
+Jobs = Annotated[int, typer.Option(min=1, max=MOST_JOBS, help="Number of processes.")]
 Output = Annotated[Path, typer.Option("--output", "-o", help="Folder of the pictures.")]
 
 
@@ -104,6 +105,8 @@ def map_(
     from lola_drake.linear.studies.stability_map import stability_map
     from lola_drake.scenario import load_scenario
 
+    if not torso and (torso_damping, torso_share) != (0.05, 1.0):
+        raise typer.BadParameter("--torso-damping and --torso-share are those of a --torso HZ")
     mode = FlexibleTorso(torso, torso_damping, torso_share) if torso else None
     with errors_in_one_line():
         kind, chosen = map_kind(name), load_scenario(scenario, changes or [])

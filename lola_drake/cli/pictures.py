@@ -13,6 +13,7 @@ from lola_drake.cli.common import (
     ScenarioName,
     changed,
     errors_in_one_line,
+    fail,
 )
 
 if TYPE_CHECKING:
@@ -100,10 +101,13 @@ def diagram(
 ) -> None:
     """Draw the block diagram of a simulation, or of one system in it."""
     from lola_drake.atomic_file import check_file
-    from lola_drake.diagram.block_diagram import save_diagram, write_all
+    from lola_drake.diagram.block_diagram import levels, save_diagram, write_all
     from lola_drake.scenario import load_scenario
     from lola_drake.world import build_simulation
 
+    others = (scenario, depth) != ("walk_flat", 1) or any((changes, blocks, system, logging))
+    if all_ and others:
+        raise typer.BadParameter("--all draws every picture of walk_flat as it is, without others")
     with errors_in_one_line():
         if all_:
             folder = output or Path("diagrams")
@@ -114,6 +118,8 @@ def diagram(
             simulation = build_simulation(load_scenario(scenario, changed(changes, blocks)))
             options = {"system": system, "depth": depth, "logging": logging}
             written = [save_diagram(simulation, path, **options)]
+            if depth > max(there := levels(simulation, system), 1):
+                fail(f"--depth {depth}: there are {there} levels to open, all are drawn")
     for path in written:
         print(path)
 

@@ -73,13 +73,15 @@ def simulate(
     from lola_drake.scenario import load_scenario
     from lola_drake.simulation import simulate as run
 
+    live = meshcat or diagram
+    if host != "localhost" and not live:
+        raise typer.BadParameter("--host is where the page of --meshcat or --diagram is")
     with errors_in_one_line():
         options = {"seed": seed, "variant": variant, "plant": plant}
         chosen = load_scenario(scenario, changed(changes, blocks, **options))
         folder = output or Path("runs") / chosen.name
         check_folder(folder, force=force)
         kept = folder.with_name(f"{folder.name}_kept")
-        live = meshcat or diagram
         view = live_view(chosen, host, kept, diagram=diagram) if live else None
         with _simulated(chosen.name, chosen.duration, show=not quiet) as advance:
             result = run(chosen, advance, attend=view, engine=engine, folder=folder, force=force)
@@ -129,7 +131,7 @@ def _simulated(name: str, duration: float, *, show: bool) -> AbstractContextMana
 
 def _status(text: str, *, show: bool) -> AbstractContextManager:
     """Show on stderr what takes a moment."""
-    return Console(stderr=True).status(text) if show else nullcontext()
+    return Console(stderr=True).status(Text(text)) if show else nullcontext()
 
 
 def _summary_table(result: "Result") -> Table:

@@ -6,8 +6,10 @@ from typing import Annotated
 
 import typer
 from rich.console import Console
+from rich.text import Text
 
 from lola_drake.cli.common import (
+    MOST,
     Blocks,
     Changes,
     Json,
@@ -62,7 +64,7 @@ def compare(
         folder = output or Path("runs") / f"compare_{chosen.name}"
         check_folder(folder, force=force, files=COMPARISON_FILES, what="comparison")
         names = [name.strip() for name in variants.split(",")]
-        with Console(stderr=True).status(f"{chosen.name}: {variants}"):
+        with Console(stderr=True).status(Text(f"{chosen.name}: {variants}")):
             results = run(chosen, names, jobs, folder, force=force)
         exit_for(results, folder)
         if len(results) < len(names):
@@ -83,7 +85,7 @@ def compare(
 @app.command()
 def reproduce(
     samples: Annotated[
-        int, typer.Option(min=0, help="Sampled worlds; 0 for the scenarios as they are.")
+        int, typer.Option(min=0, max=MOST, help="Sampled worlds; 0 for the scenarios as they are.")
     ] = 0,
     plant: Plant = None,
     extended: Annotated[
@@ -122,7 +124,9 @@ def reproduce(
 
 @app.command()
 def survival(
-    samples: Annotated[int, typer.Option(min=1, help="Sampled worlds at each height.")] = 20,
+    samples: Annotated[
+        int, typer.Option(min=1, max=MOST, help="Sampled worlds at each height.")
+    ] = 20,
     until: Until = None,
     output: Folder = None,
     jobs: Jobs = 2,
@@ -147,8 +151,12 @@ def survival(
 
 @app.command()
 def tune(
-    samples: Annotated[int, typer.Option(min=1, help="Worlds in which gains are judged.")] = 4,
-    budget: Annotated[int, typer.Option(min=1, help="Number of gains that are tried.")] = 30,
+    samples: Annotated[
+        int, typer.Option(min=1, max=MOST, help="Worlds in which gains are judged.")
+    ] = 4,
+    budget: Annotated[
+        int, typer.Option(min=1, max=MOST, help="Number of gains that are tried.")
+    ] = 30,
     law: Annotated[str, typer.Option(help="Tune this force law's own gains instead.")] = "",
     output: Folder = None,
     jobs: Jobs = 2,

@@ -51,7 +51,7 @@ def _status_lines(content: dict) -> list[str]:
 @app.command("show")
 def show_(
     study: StudyFile,
-    rows: Annotated[int, typer.Option(min=1, help="So many runs, the last ones.")] = 20,
+    rows: Annotated[int, typer.Option(min=1, max=10**9, help="So many runs, the last ones.")] = 20,
     outcome: Annotated[
         str | None, typer.Option(help="Only those that completed, fell, failed, or were lost.")
     ] = None,

@@ -8,7 +8,15 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from lola_drake.cli.common import COUNT, INTERRUPTED, drawn, errors_in_one_line, fail, progress_bar
+from lola_drake.cli.common import (
+    COUNT,
+    INTERRUPTED,
+    MOST_JOBS,
+    drawn,
+    errors_in_one_line,
+    fail,
+    progress_bar,
+)
 from lola_drake.cli.terminal import show
 
 if TYPE_CHECKING:
@@ -17,7 +25,7 @@ if TYPE_CHECKING:
 
     from lola_drake.studies.study import Study
 
-Jobs = Annotated[int, typer.Option(min=1, help="Simulations that run at a time.")]
+Jobs = Annotated[int, typer.Option(min=1, max=MOST_JOBS, help="Simulations that run at a time.")]
 Cluster = Annotated[
     str | None,
     typer.Option(

@@ -5,7 +5,15 @@ from typing import Annotated
 
 import typer
 
-from lola_drake.cli.common import Blocks, Changes, Json, ScenarioName, changed, errors_in_one_line
+from lola_drake.cli.common import (
+    MOST,
+    Blocks,
+    Changes,
+    Json,
+    ScenarioName,
+    changed,
+    errors_in_one_line,
+)
 from lola_drake.cli.studying import Cluster, Folder, Jobs, Until, conclude, studying
 
 app = typer.Typer()
@@ -19,7 +27,7 @@ def sweep(
         typer.Option("--vary", metavar="KEY=FROM:TO:N", help="Or KEY=a,b,c; may be repeated."),
     ],
     worlds: Annotated[
-        int, typer.Option(min=0, help="Sampled worlds; 0 for the scenario as it is.")
+        int, typer.Option(min=0, max=MOST, help="Sampled worlds; 0 for the scenario as it is.")
     ] = 0,
     variants: Annotated[str, typer.Option(help="Of the controller, the first is the base.")] = (
         "ref,dyn"

@@ -2,8 +2,10 @@
 
 import codecs
 import sys
+from typing import Any
 
 from rich.console import Console
+from rich.markup import escape
 from rich.table import Table
 
 ASCII = {
@@ -44,11 +46,27 @@ def any_terminal() -> None:
 
 
 def show(table: Table) -> None:
-    """Print a table: whole names in any width, in ASCII where the terminal has nothing else."""
-    console = Console()
+    """Print a table: whole names in any width, in ASCII where the terminal has nothing else.
+
+    Texts stay as they are, also where they look like markup.
+    """
+    console = Console(markup=False, emoji=False)
     for column in table.columns:
         column.overflow = "fold"
         if console.options.ascii_only:
             column.header = in_ascii(str(column.header))
             column._cells[:] = [in_ascii(str(cell)) for cell in column.cells]
     console.print(table)
+
+
+def keep_brackets(command: Any) -> None:
+    """Let the help of a command and of those below it show brackets: Typer takes them for markup.
+
+    Args:
+        command: of Click; must not have been treated before.
+    """
+    for part in (command, *command.params):
+        if part.help:
+            part.help = escape(part.help)
+    for inner in getattr(command, "commands", {}).values():
+        keep_brackets(inner)

@@ -7,7 +7,7 @@ import numpy as np
 import scipy.linalg
 from scipy.linalg.lapack import ztrtrs
 
-from lola_drake.linear.poles import UNSTABLE
+from lola_drake.linear.poles import UNSTABLE, check_discrete
 
 PER_DECADE = 60
 """Frequencies of a grid in every decade, besides those around what bends the response."""
@@ -74,7 +74,11 @@ def frequency_data(loop: control.StateSpace) -> control.FrequencyResponseData:
 
     Args:
         loop: in discrete time, as `lola.open_loop` gives it; of any number of signals.
+
+    Raises:
+        AnalysisError: if it is no discrete-time model.
     """
+    check_discrete("frequency data", loop)
     response = frequency_response(loop, frequency_grid(loop))
     return control.FrequencyResponseData(
         np.moveaxis(response.values, 0, -1),

@@ -80,8 +80,9 @@ def isolate(wiring: Wiring, context: Context, added: Iterable[Source] = ()) -> I
         added: signals to which something will be added; where nothing feeds them they are zero.
     """
     added = set(added)
-    blocks, root = wiring.blocks, context.Clone()
+    blocks = wiring.blocks
     with drake_errors("not a context of this system"):
+        root = context.Clone()
         originals = {path: own_context(block, context) for path, block in blocks.items()}
         copies = {path: own_context(block, root) for path, block in blocks.items()}
     inputs = {}

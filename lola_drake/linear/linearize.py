@@ -13,6 +13,7 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 from pydrake.systems.framework import Context, System
 
+from lola_drake.errors import shown
 from lola_drake.linear.errors import AnalysisError
 from lola_drake.linear.interconnection import LinearBlocks, Matrices, StateSelection
 from lola_drake.linear.linear_blocks import linear_blocks
@@ -25,12 +26,12 @@ NEGLIGIBLE = 1e-9
 
 def linearize(
     system: System,
-    inputs: str | Sequence[str],
-    outputs: str | Sequence[str],
+    inputs: str | Iterable[str],
+    outputs: str | Iterable[str],
     at: Context,
     *,
-    opened: str | Sequence[str] = (),
-    hold: Iterable[str] = (),
+    opened: str | Iterable[str] = (),
+    hold: str | Iterable[str] = (),
     minimal: bool = False,
     equilibrium: float | None = None,
     kinks: bool = False,
@@ -44,7 +45,8 @@ def linearize(
 
     Args:
         system: a Diagram of discrete blocks with one period, or one such block.
-        inputs: signals to which something is added on the way to their readers.
+        inputs: signals to which something is added on the way to their readers; at least one where
+            the model has one output or one state.
         outputs: signals as their readers see them, or states.
         at: a context of `system`, or of a diagram around it; it stays as it is.
         opened: signals that are cut. Their readers get only what an input there adds, and an
@@ -62,14 +64,21 @@ def linearize(
         `operating_point`.
 
     Raises:
-        AnalysisError: if a signal or a block to hold is unknown, a block cannot be linearised (see
-            `soundness`) or has a kink or a quantiser here, the context is of another diagram, or
-            the operating point is not the equilibrium it should be.
+        AnalysisError: if an input is wanting, a signal or a block to hold is unknown, a block
+            cannot be linearised (see `soundness`) or has a kink or a quantiser here, the context
+            is of another diagram, or the operating point is not the equilibrium it should be.
     """
+    entering, wanted = names_in("inputs", inputs), names_in("outputs", outputs)
+    cut, still = names_in("opened", opened), names_in("hold", hold)
+    if not isinstance(system, System):
+        raise AnalysisError(f"system: {shown(system)} is not allowed, it must be a System of Drake")
     wiring = Wiring(system)
-    added, cut_open = (_selections(wiring, names) for names in (inputs, opened))
-    read = [s for name in _names(outputs) if (s := _signal_or_none(wiring, name))]
-    blocks = linear_blocks(system, at, added, [*read, *cut_open], hold=hold)
+    added, cut_open = ([wiring.select(name) for name in names] for names in (entering, cut))
+    read = [s for name in wanted if (s := _signal_or_none(wiring, name))]
+    blocks = linear_blocks(system, at, added, [*read, *cut_open], hold=still)
+    found = [blocks.select(name) for name in wanted]
+    _check_once("inputs", added)
+    _check_once("outputs", found)
     if blocks.kinks and not kinks:
         raise AnalysisError(
             f"no linear model here: {blocks.kinks[0]} is at a kink or quantised; "
@@ -77,8 +86,7 @@ def linearize(
         )
     if equilibrium is not None:
         blocks.check_equilibrium(equilibrium)
-    shown = [blocks.select(name) for name in _names(outputs)]
-    return state_space(blocks, added, shown, cut_open, minimal=minimal, time=at.get_time())
+    return state_space(blocks, added, found, cut_open, minimal=minimal, time=at.get_time())
 
 
 def state_space(
@@ -94,6 +102,11 @@ def state_space(
     matrices = blocks.interconnect(inputs, outputs, opened)
     names = np.array(blocks.state_names, dtype=object)
     kept = essential(matrices) if minimal else np.ones(len(names), dtype=bool)
+    if not inputs and 1 in (kept.sum(), len(matrices.D)):
+        raise AnalysisError(
+            "inputs: [] is not allowed, it must be at least one signal where the model has one "
+            "output or one state; python-control has no other such model"
+        )
     return LinearModel(
         matrices.A[np.ix_(kept, kept)],
         matrices.B[kept],
@@ -136,12 +149,23 @@ def _reached(acts: np.ndarray, start: np.ndarray) -> np.ndarray:
         reached = further
 
 
-def _names(names: str | Sequence[str]) -> list[str]:
-    return [names] if isinstance(names, str) else list(names)
+def names_in(argument: str, given: str | Iterable[str]) -> list[str]:
+    """Return what is given for an argument as a list; AnalysisError if it is no names."""
+    several = isinstance(given, Iterable) and not isinstance(given, str)
+    names: list = list(given) if several else [given]
+    if not all(isinstance(name, str) for name in names):
+        raise AnalysisError(
+            f"{argument}: {shown(given)} is not allowed, it must be a name, or a list of names"
+        )
+    return names
 
 
-def _selections(wiring: Wiring, names: str | Sequence[str]) -> list[Selection]:
-    return [wiring.select(name) for name in _names(names)]
+def _check_once(argument: str, selections: Iterable[Selection | StateSelection]) -> None:
+    """Raise AnalysisError if an entry is there twice: python-control would take both for one."""
+    labels = [label for selection in selections for label in selection.labels]
+    for label in labels:
+        if labels.count(label) > 1:
+            raise AnalysisError(f"{argument}: {label} is named more than once")
 
 
 def _signal_or_none(wiring: Wiring, name: str) -> Selection | None:

@@ -11,7 +11,7 @@ import numpy as np
 from lola_drake.linear.errors import AnalysisError
 from lola_drake.linear.frequency import PER_DECADE, Transfer, frequency_grid
 from lola_drake.linear.margin import Margins, MatrixMargins
-from lola_drake.linear.poles import UNSTABLE, spectral_radius
+from lola_drake.linear.poles import UNSTABLE, check_discrete, spectral_radius
 from lola_drake.linear.refine import largest, zeros_of
 from lola_drake.linear.tables import margin_table
 
@@ -181,8 +181,7 @@ def _phase_margins(curve: _Curve) -> tuple[float, float, float, float]:
 
 
 def _check(loop: control.StateSpace) -> None:
-    if not isinstance(loop, control.StateSpace) or not loop.isdtime(strict=True):
-        raise AnalysisError("margins are those of a discrete-time control.StateSpace")
+    check_discrete("margins", loop)
     if loop.ninputs != loop.noutputs or not loop.ninputs:
         raise AnalysisError(
             f"a loop has as many outputs as inputs, not {loop.noutputs} and {loop.ninputs}"

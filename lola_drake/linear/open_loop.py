@@ -1,16 +1,17 @@
 """Loop transfers: the diagram cut at a signal, from its readers round to its source."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable
 
 from pydrake.systems.framework import Context, Diagram
 
-from lola_drake.linear.linearize import linearize
+from lola_drake.linear.errors import AnalysisError
+from lola_drake.linear.linearize import linearize, names_in
 from lola_drake.linear.model import LinearModel
 
 
 def open_loop(
     diagram: Diagram,
-    at: str | Sequence[str],
+    at: str | Iterable[str],
     context: Context,
     *,
     minimal: bool = True,
@@ -28,7 +29,13 @@ def open_loop(
         context: the operating point.
         minimal: as in `linearize`.
         equilibrium: as in `linearize`.
+
+    Raises:
+        AnalysisError: if there is no signal, and as in `linearize`.
     """
+    at = names_in("at", at)
+    if not at:
+        raise AnalysisError("at: [] is not allowed, it must be at least one signal")
     loop = linearize(
         diagram, at, at, at=context, opened=at, minimal=minimal, equilibrium=equilibrium
     )

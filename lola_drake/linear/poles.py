@@ -7,6 +7,8 @@ import control
 import numpy as np
 import scipy.linalg
 
+from lola_drake.linear.errors import AnalysisError
+
 NEUTRAL = re.compile(r"/q/\w+((?<!_rot)_[xy]|_rot_z)$")
 """Names of a base's place and heading on the ground: nothing pulls them anywhere."""
 
@@ -54,7 +56,11 @@ def poles(system: control.StateSpace) -> list[Pole]:
 
     Args:
         system: with named states, as `lola.linearize` gives it.
+
+    Raises:
+        AnalysisError: if it is no discrete-time model.
     """
+    check_discrete("poles", system)
     values, left, right = scipy.linalg.eig(system.A, left=True, right=True)
     norms = np.einsum("ij,ij->j", left.conj(), right)
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -70,6 +76,12 @@ def poles(system: control.StateSpace) -> list[Pole]:
         )
         for i in order
     ]
+
+
+def check_discrete(what: str, system: object) -> None:
+    """Raise AnalysisError if what is asked for is not there, for want of a discrete-time model."""
+    if not isinstance(system, control.StateSpace) or not system.isdtime(strict=True):
+        raise AnalysisError(f"{what} are those of a discrete-time control.StateSpace")
 
 
 def neutral(names: list[str]) -> np.ndarray:

@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from rich.table import Table
+from rich.text import Text
 
 from lola_drake.studies.variants import COMPARED
 
@@ -44,7 +45,7 @@ def reproduction_table(content: Mapping) -> Table:
         table.add_column(name, justify="right")
     for name, experiment in content["experiments"].items():
         first, second = experiment["variants"]
-        table.add_row(f"[bold]{name}[/bold]: {first}, {second}")
+        table.add_row(Text.assemble((name, "bold"), f": {first}, {second}"))
         for metric, axis, symbol in SHOWN:
             paper = experiment["paper"].get(metric, {}).get(axis)
             change = experiment["median_change_percent"][metric][axis]

@@ -6,7 +6,9 @@ import sys
 import threading
 
 import pytest
+from typer.testing import CliRunner
 
+from lola_drake.cli.app import app
 from lola_drake.cli.common import progress_bar
 from lola_drake.results import load_result
 
@@ -110,3 +112,20 @@ def test_a_progress_bar_has_a_thread_only_where_it_should(thread):
     with progress_bar("walk", 2.0, thread=thread) as advance:
         advance(1.0)
         assert threading.active_count() == before + thread
+
+
+@pytest.mark.parametrize(
+    ("options", "told"),
+    [
+        (["--depth", "9"], ["lola: --depth 9: there are 2 levels to open, all are drawn"]),
+        (["--depth", "2", "--system", "plant"], ["lola: --depth 2: there are 0 levels to open, "]),
+        (["--depth", "2"], []),
+        (["--system", "plant"], []),
+    ],
+)
+def test_a_diagram_says_when_there_are_no_more_levels(tmp_path, monkeypatch, options, told):
+    monkeypatch.chdir(tmp_path)
+    done = CliRunner().invoke(app, ["diagram", "stand", "-o", "d.svg", *options])
+    assert done.exit_code == 0 and done.stdout == "d.svg\n"
+    lines = done.stderr.splitlines()
+    assert len(lines) == len(told) and all(map(str.startswith, lines, told)), lines

@@ -317,3 +317,61 @@ def test_a_drift_counts_relative_to_what_is_a_lot(standing):
     at = [i for i, n in enumerate(blocks.state_names) if n.startswith("foot_force_sensor/F_l")]
     np.testing.assert_allclose(blocks.relative_drift[at], blocks.drift[at] / 100.0)
     assert np.abs(blocks.drift[at]).min() > 0.01
+
+
+@pytest.mark.parametrize("none", [[], (), {}])
+def test_a_model_that_python_control_does_not_have_is_said(none):
+    diagram = loop(discrete(0.9, 0.1, 1.0), gain=2.0)
+    context = diagram.CreateDefaultContext()
+    for outputs in [], "plant.y0", ["plant.y0", "controller.y0"]:
+        with pytest.raises(AnalysisError, match="^inputs: .* it must be at least one signal where"):
+            lola.linearize(diagram, none, outputs, context)
+    with pytest.raises(AnalysisError, match="^at: .* it must be at least one signal$"):
+        lola.open_loop(diagram, none, context)
+    block = discrete(A, [[0], [1]], [[1, 0], [0, 1]], [[0], [2]])
+    with pytest.raises(AnalysisError, match="^inputs: .* it must be at least one signal where"):
+        lola.linearize(block, none, "y0.1", fixed_context(block))
+    unread = lola.linearize(diagram, "plant.y0", none, context)
+    assert (unread.ninputs, unread.noutputs) == (1, 0)
+    for outputs in [], ["y0"]:
+        alone = lola.linearize(block, none, outputs, fixed_context(block))
+        np.testing.assert_allclose(alone.A, A, atol=1e-10)
+
+
+@pytest.mark.parametrize("argument", ["inputs", "outputs", "opened", "hold"])
+@pytest.mark.parametrize("wrong", [None, 5, [5], [None], b"y0", [["y0"]]])
+def test_what_is_no_name_is_said(argument, wrong):
+    diagram = loop(discrete(0.9, 0.1, 1.0), gain=2.0)
+    given = {"inputs": "plant.y0", "outputs": "plant.y0", argument: wrong}
+    with pytest.raises(AnalysisError, match=f"^{argument}: .* must be a name, or a list of names$"):
+        lola.linearize(diagram, at=diagram.CreateDefaultContext(), **given)
+
+
+def test_one_name_is_no_list_of_letters():
+    diagram = loop(discrete(0.9, 0.1, 1.0), gain=2.0)
+    held = lola.linearize(diagram, [], [], diagram.CreateDefaultContext(), hold="plant")
+    assert held.operating_point.held == ("plant",)
+
+
+def test_a_signal_counts_once():
+    diagram = loop(discrete(0.9, 0.1, 1.0), gain=2.0)
+    with pytest.raises(AnalysisError, match="^inputs: plant/y0/0 is named more than once$"):
+        lola.open_loop(diagram, ["plant.y0"] * 2, diagram.CreateDefaultContext())
+    block = discrete(A, [[0], [1]], [[1, 0], [0, 1]], [[0], [2]])
+    with pytest.raises(AnalysisError, match="^outputs: y0/1 is named more than once$"):
+        lola.linearize(block, "u0", ["y0", "y0.1"], fixed_context(block))
+
+
+def test_what_is_no_system_and_no_context_is_said():
+    diagram = loop(discrete(0.9, 0.1, 1.0), gain=2.0)
+    with pytest.raises(AnalysisError, match="^system: 'stand' is not allowed"):
+        lola.linearize("stand", "y0", "y0", None)
+    with pytest.raises(AnalysisError, match="^not a context of this system"):
+        lola.linearize(diagram, "plant.y0", "plant.y0", None)
+
+
+@pytest.mark.parametrize("model", [None, control.ss(-1, 1, 1, 0), control.tf([1], [1, 2], 0.1)])
+def test_poles_and_responses_are_those_of_a_discrete_model(model):
+    for function, what in (lola.poles, "poles"), (lola.frequency_data, "frequency data"):
+        with pytest.raises(AnalysisError, match=f"^{what} are those of a discrete-time"):
+            function(model)
