@@ -22,7 +22,7 @@ def largest(curve: Curve, grid: np.ndarray, values: np.ndarray) -> tuple[float, 
     padded = np.concatenate([[-np.inf], values, [-np.inf]])
     peaks = np.flatnonzero((values >= padded[:-2]) & (values >= padded[2:]))
     peaks = peaks[np.argsort(-values[peaks])][:PEAKS]
-    at, found = _climb(curve, grid, values, peaks)
+    at, found = _climb(curve, grid, peaks)
     best = int(np.argmax(found))
     return float(found[best]), float(at[best])
 
@@ -57,7 +57,7 @@ def _with_near_misses(
     for sign in (1.0, -1.0):
         k = 1 + np.flatnonzero(near & same[:-1] & same[1:] & (signs[1:-1] == sign))
         if k.size:
-            at, nearest = _climb(_times(-sign, curve), grid, -sign * values, k)
+            at, nearest = _climb(_times(-sign, curve), grid, k)
             found.append(at)
             new.append(-sign * nearest)
     grid, order = np.unique(np.concatenate(found), return_index=True)
@@ -73,12 +73,10 @@ def _times(factor: float, curve: Curve) -> Curve:
     return lambda f: factor * curve(f)
 
 
-def _climb(
-    curve: Curve, grid: np.ndarray, values: np.ndarray, k: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
+def _climb(curve: Curve, grid: np.ndarray, k: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return the peaks near some points of a grid, and the curve there, by halving intervals."""
     low, at, high = grid[np.maximum(k - 1, 0)], grid[k], grid[np.minimum(k + 1, len(grid) - 1)]
-    best = values[k]
+    best = curve(at)
     for _ in range(HALVINGS_OF_PEAK):
         points = np.array([0.5 * (low + at), at, 0.5 * (at + high)])
         tried = curve(points[[0, 2]].ravel()).reshape(2, -1)

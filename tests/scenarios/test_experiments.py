@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-from momentum import force_residual
 
 from lola_drake.contact_events import landings
 from lola_drake.metrics import inclination_deg, torque_error
@@ -112,11 +111,3 @@ def test_a_late_foot_that_seeks_the_ground_finds_it_earlier(run, variant):
     for axis in "xy":
         tilt = [result.metrics["max_inclination_deg"][axis] for result in (seeking, waiting)]
         assert tilt[0] < 0.8 * tilt[1]
-
-
-@pytest.mark.parametrize("scenario", ["step_down", "board_9cm"])
-def test_what_the_com_does_is_gravity_and_the_recorded_forces(run, scenario):
-    """Also in impacts of 1.3 kN, whose forces change by 600 N in a tick."""
-    residual = force_residual(run(scenario, "variant=dyn", SHORT))
-    assert np.abs(residual).max() < 6.0
-    assert np.sqrt(np.mean(residual**2)) < 0.3

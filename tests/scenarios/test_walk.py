@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-from momentum import force_residual
 
 from lola_drake.robot import Kinematics
 from lola_drake.scenario import load_scenario
@@ -108,11 +107,3 @@ def test_sideways_and_turning_in_place(run, step):
 
 def test_every_walk_is_as_planned():
     assert sum(g.count for g in load_scenario("walk_flat").walk.steps) == 20
-
-
-@pytest.mark.parametrize("scenario", ["walk_flat", "walk_fast", "walk_turn", "step_in_place"])
-def test_what_the_com_does_is_gravity_and_the_recorded_forces(run, scenario):
-    """Within the force sensors' noise of 2 N."""
-    residual = force_residual(run(scenario))
-    assert np.abs(residual).max() < 2.0
-    assert np.sqrt(np.mean(residual**2)) < 0.2
