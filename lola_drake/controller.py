@@ -18,11 +18,7 @@ from lola_drake.block_system import system_of
 from lola_drake.blocks.adaptive_walking_pattern import AdaptiveWalkingPattern
 from lola_drake.blocks.com_dynamics import ComDynamics
 from lola_drake.blocks.configuration_force_control import ConfigurationForceControl
-from lola_drake.blocks.foot_force_control import (
-    FORCE_CONTROLLED,
-    FootForceControlParams,
-    FootSensor,
-)
+from lola_drake.blocks.foot_force_control import FORCE_CONTROLLED, FootForceControlParams
 from lola_drake.blocks.force_distribution import ForceDistribution
 from lola_drake.blocks.force_laws import FORCE_LAWS, law_class
 from lola_drake.blocks.height_adaptation import HeightAdaptivePattern, bumpless
@@ -46,6 +42,7 @@ from lola_drake.scenario import Control, Scenario
 from lola_drake.signals import FEET, of_foot, split_foot
 from lola_drake.theory.constants import GRAVITY
 from lola_drake.theory.contact_model import ServoCompliance, contact_matrix
+from lola_drake.theory.foot_wrench import FootSensor
 from lola_drake.theory.kinematics import FOOT_TASK
 from lola_drake.theory.sensed_contact import pad_model
 

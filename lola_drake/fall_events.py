@@ -5,7 +5,8 @@ from collections.abc import Iterator
 import numpy as np
 
 from lola_drake.contact_events import landings
-from lola_drake.metrics import CALM, SETTLED, inclination_deg, limits_reached
+from lola_drake.limits import limits_reached
+from lola_drake.metrics import CALM, SETTLED, inclination_deg
 from lola_drake.results import Result, run_limits
 from lola_drake.signals import FEET, JOINTS
 

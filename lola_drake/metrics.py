@@ -3,13 +3,12 @@
 All take arrays with one row per sample, as in `Result.signals`; lengths are in m, times in s.
 """
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 
-from lola_drake.ground import Ground
+from lola_drake.limits import LIMITS, LOADED, Limits, Signals, beyond_limits
 from lola_drake.logged import COM_POSITION, FOOT_POSE, TORSO_POSE
 from lola_drake.record import between
 from lola_drake.signals import (
@@ -30,42 +29,14 @@ SETTLED = 0.5
 CALM = 0.5
 """An inclination (deg) that says nothing: walking undisturbed stays below."""
 
-LOADED = 50.0
-"""Vertical force (N) from which on a foot counts as standing."""
-
 SMOOTHING = 41
 """Samples over which a parabola is fitted to the CoM's height for its acceleration (41 ms)."""
-
-SLIDING = 0.98
-"""Part of the friction coefficient from which on the friction counts as used up."""
-
-LIMITS = ("joint_angle", "joint_speed", "joint_torque", "friction")
 
 BLOCK = 5000
 """Samples that are looked at together."""
 
 FOOT_HEIGHT = 0.1
 """From the sole to the ankle (m): what of one foot another one may meet."""
-
-Signals = Mapping[str, np.ndarray]
-
-
-@dataclass(frozen=True)
-class Limits:
-    """What no step of a run should reach.
-
-    Attributes:
-        lower, upper: hardware stops of the joints (rad), shape (24,).
-        speed: greatest joint speeds (rad/s), shape (24,).
-        torque: greatest joint torques (Nm), shape (24,).
-        ground: with what lies on it.
-    """
-
-    lower: np.ndarray
-    upper: np.ndarray
-    speed: np.ndarray
-    torque: np.ndarray
-    ground: Ground
 
 
 def metrics(times: np.ndarray, signals: Signals, limits: Limits) -> dict[str, Any]:
@@ -313,36 +284,6 @@ def feet_colliding(left: np.ndarray, right: np.ndarray) -> np.ndarray:
         distance = np.abs(apart[:, 0] * np.cos(direction) + apart[:, 1] * np.sin(direction))
         colliding &= distance < sum(seen) - TOUCH
     return colliding
-
-
-def beyond_limits(signals: Signals, limits: Limits) -> np.ndarray:
-    """Return whether a step reached each of the `LIMITS`, shape (n, 4)."""
-    reached = limits_reached(signals, limits).values()
-    return np.column_stack([where.any(axis=1) for where in reached])
-
-
-def limits_reached(signals: Signals, limits: Limits) -> dict[str, np.ndarray]:
-    """Return when what is at its limit, by the `LIMITS`.
-
-    Of joints the arrays have the shape (n, 24), of the friction (n, 2), a column for each foot.
-    """
-    q = signals["joint_position"]
-    reached = (
-        (q <= limits.lower) | (q >= limits.upper),
-        np.abs(signals["joint_velocity"]) >= limits.speed,
-        np.abs(signals["joint_torque"]) >= limits.torque,
-        np.column_stack([_sliding(signals, foot, limits.ground) for foot in FEET]),
-    )
-    return dict(zip(LIMITS, reached, strict=True))
-
-
-def _sliding(signals: Signals, foot: str, ground: Ground) -> np.ndarray:
-    """Return when the ground where a foot's TCP is gives all the friction that it has."""
-    force = signals["ground_force"][:, GROUND_FORCE.slice(f"F_{foot}")]
-    at = ground.surface(signals[f"foot_pose_{foot}"][:, :2])
-    pressing = (force * at.normal).sum(axis=1)
-    along = np.linalg.norm(force - pressing[:, None] * at.normal, axis=1)
-    return (pressing > LOADED) & (along > SLIDING * at.friction * pressing)
 
 
 def _length(points: np.ndarray) -> float:

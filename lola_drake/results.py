@@ -24,8 +24,9 @@ from lola_drake.atomic_file import (
 from lola_drake.atomic_file import check_folder as check_folder
 from lola_drake.disturbances import disturbances
 from lola_drake.errors import ResultError, short, shown
+from lola_drake.limits import Limits
 from lola_drake.logged import LOGGED
-from lola_drake.metrics import Limits, metrics
+from lola_drake.metrics import metrics
 from lola_drake.record import ROWS, RecordedSignals, Recorder, between, read_signals
 from lola_drake.robot import Kinematics
 from lola_drake.scenario import Scenario, dump_scenario, load_scenario

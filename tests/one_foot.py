@@ -3,12 +3,13 @@
 import numpy as np
 from ticking import Ticking
 
-from lola_drake.blocks.foot_force_control import FootForceControlParams, FootSensor
+from lola_drake.blocks.foot_force_control import FootForceControlParams
 from lola_drake.blocks.hybrid_force_control import HybridForceControl
 from lola_drake.controller import shared
 from lola_drake.robot import PADS
 from lola_drake.signals import CONTACT, GAIT_PHASE
 from lola_drake.theory.contact_model import ServoCompliance, contact_matrix
+from lola_drake.theory.foot_wrench import FootSensor
 from lola_drake.theory.sensed_contact import pad_model
 
 AREA_STIFFNESS = 1.2e5 / sum(pad.area for pad in PADS)

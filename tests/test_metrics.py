@@ -5,6 +5,7 @@ import pytest
 
 from lola_drake import metrics
 from lola_drake.ground import Ground
+from lola_drake.limits import LIMITS, Limits, beyond_limits
 from lola_drake.logged import TORSO_POSE
 from lola_drake.signals import (
     CONTACT_WRENCH,
@@ -171,20 +172,20 @@ def test_acceleration_of_a_height():
 
 def test_steps_beyond_limits_are_counted_by_kind():
     n = len(JOINTS)
-    limits = metrics.Limits(
+    limits = Limits(
         -np.ones(n), np.ones(n), np.full(n, 5.0), np.full(n, 100.0), Ground(friction=0.5)
     )
     signals = {name: np.zeros((6, n)) for name in ("joint_position", "joint_velocity")}
     signals["joint_torque"], signals["ground_force"] = np.zeros((6, n)), np.zeros((6, 6))
     signals["foot_pose_l"] = signals["foot_pose_r"] = np.zeros((6, 6))
-    assert not metrics.beyond_limits(signals, limits).any()
+    assert not beyond_limits(signals, limits).any()
     signals["joint_position"][[1, 2], [3, 4]] = [1.01, -1.01]
     signals["joint_velocity"][0, [5, 6, 7]] = -6.0
     signals["joint_torque"][3:, 2] = 100.0
     # Sliding, holding, sliding without a load on the foot.
     signals["ground_force"][:3, :3] = [[0, 149.5, 300], [100, 100, 300], [9, 0, 10]]
-    counted = metrics.beyond_limits(signals, limits).sum(axis=0)
-    assert dict(zip(metrics.LIMITS, counted, strict=True)) == {
+    counted = beyond_limits(signals, limits).sum(axis=0)
+    assert dict(zip(LIMITS, counted, strict=True)) == {
         "joint_angle": 2,
         "joint_speed": 1,
         "joint_torque": 3,

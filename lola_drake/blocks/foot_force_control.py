@@ -7,7 +7,7 @@ foot seeks the ground, and all is limited and integrated (eq. 10 and 11).
 | paper          | here                               |
 |----------------|------------------------------------|
 | lambda_f,m     | `measured_wrench`                  |
-| A_TF           | `wrench_at_tcp()`, eq. 13          |
+| A_TF           | `theory.foot_wrench`, eq. 13       |
 | lambda_f       | `contact_wrench`                   |
 | K_x            | `position_gain`                    |
 | b_f            | `blend` of `gait_phase`            |
@@ -16,12 +16,11 @@ foot seeks the ground, and all is limited and integrated (eq. 10 and 11).
 | w_mod, w_mod'  | `task_command`, eq. 10 and 11      |
 
 The paper says nothing of a foot that finds no ground where it is planned; that it seeks it
-(`seeking_rate()`) is our own choice.
+(`theory.late_foot`) is our own choice.
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import ClassVar, NamedTuple
+from typing import ClassVar
 
 import numpy as np
 
@@ -39,13 +38,11 @@ from lola_drake.signals import (
     Field,
     Signal,
 )
-from lola_drake.theory.scalars import cos, sin
+from lola_drake.theory.foot_wrench import wrench_at_tcp
+from lola_drake.theory.late_foot import TOUCHED, overdue_time, seeking_rate
 
 FORCE_CONTROLLED = np.array([3, 4, 2])
 """S_c,f of eq. 12: sin gamma_x, sin gamma_y and z within a foot's task."""
-
-TOUCHED = -1.0
-"""Instead of how long a foot is overdue: it has touched the ground since its last swing."""
 
 OVERDUE = Signal(
     "overdue",
@@ -125,84 +122,6 @@ class FootForceControlParams:
     def rate_limits(self) -> np.ndarray:
         """Return the limits of its rate, shape (3,)."""
         return np.array([self.max_angle_rate, self.max_angle_rate, self.max_height_rate])
-
-
-def overdue_time(overdue, planned, closed):
-    """Return how long a foot has been overdue on the ground, in the next tick (s).
-
-    `TOUCHED` holds from the first touch to the next swing, whatever the switches do: a foot that is
-    unloaded, or that bounces, is not late.
-
-    Args:
-        overdue: the same in this tick.
-        planned: 1 where the plan has the foot on the ground, 0 in its swing.
-        closed: number of the foot's closed switches.
-    """
-    if planned < 0.5:
-        return 0.0
-    if closed > 0 or overdue < 0:
-        return TOUCHED
-    return overdue + PERIOD
-
-
-def seeking_rate(rate, overdue, onset, ramp, speed):
-    """Return the rate of a foot's height (m/s): a late foot goes down at least at a landing speed.
-
-    Own choice. It ends where the foot touches, or at the limit of Delta w. The load moves on to the
-    foot as planned; nothing waits for it.
-
-    Args:
-        rate: by eq. 16 and 21.
-        overdue: how long the foot has been overdue (s), or `TOUCHED`.
-        onset: how long it may be (s).
-        ramp: duration in which the search reaches its speed (s).
-        speed: of the search (m/s), downward.
-    """
-    late = min(max((overdue - onset) / ramp, 0.0), 1.0)
-    return rate + late * min(-speed - rate, 0.0)
-
-
-class FootSensor(NamedTuple):
-    """What the controller knows about one foot below its force sensor.
-
-    Attributes:
-        p_TcpSensor: the sensor relative to the TCP, in the foot frame F (m).
-        weight: weight of the foot below the sensor (N).
-        p_TcpFoot: its CoM relative to the TCP, in F (m).
-    """
-
-    p_TcpSensor: Sequence[float]
-    weight: float
-    p_TcpFoot: Sequence[float]
-
-
-def wrench_at_tcp(measured, s_x, s_y, yaw, sensor):
-    """Return lambda_f = A_TF lambda_f,m (eq. 13), freed of the foot's own weight.
-
-    Args:
-        measured: [F, T] of the sensor in its own frame (N, Nm), shape (6,).
-        s_x: the foot's sin gamma_x in T.
-        s_y: its sin gamma_y.
-        yaw: its gamma_z (rad).
-        sensor: geometry and weight below the sensor, a `FootSensor`.
-
-    Returns:
-        T_x, T_y (Nm), F_z (N) at the TCP in T, shape (3,).
-    """
-    f_x, f_y, f_z = measured[0], measured[1], measured[2]
-    x, y, z = sensor.p_TcpSensor[0], sensor.p_TcpSensor[1], sensor.p_TcpSensor[2]
-    t_x = measured[3] + (y * f_z - z * f_y)
-    t_y = measured[4] + (z * f_x - x * f_z)
-    t_z = measured[5] + (x * f_y - y * f_x)
-    # R_TF for independent small rotations: the third row is (-sin gamma_y, sin gamma_x, cos).
-    c, s = cos(yaw), sin(yaw)
-    lean_x, lean_y = c * s_y + s * s_x, s * s_y - c * s_x
-    x, y = sensor.p_TcpFoot[0], sensor.p_TcpFoot[1]
-    return (
-        c * t_x - s * t_y + lean_x * t_z + sensor.weight * (s * x + c * y),
-        s * t_x + c * t_y + lean_y * t_z - sensor.weight * (c * x - s * y),
-        -s_y * f_x + s_x * f_y + f_z + sensor.weight,
-    )
 
 
 def grip_of(force, grip_force):

@@ -16,9 +16,10 @@ The paper names both as its outlook; the equations are ours, see `lola_drake.the
 import numpy as np
 
 from lola_drake.block import State, law
-from lola_drake.blocks.foot_force_control import grip_of, wrench_at_tcp
+from lola_drake.blocks.foot_force_control import grip_of
 from lola_drake.blocks.hybrid_force_control import HybridForceControl, held_time_constant
 from lola_drake.signals import CONTACT, PERIOD, Field, Signal
+from lola_drake.theory.foot_wrench import wrench_at_tcp
 from lola_drake.theory.sensed_contact import (
     RAMP,
     behind_servos,

@@ -7,19 +7,17 @@ from ticking import Ticking
 from lola_drake.block_system import BlockSystem
 from lola_drake.blocks.configuration_force_control import (
     ConfigurationForceControl,
-    behind_servos,
     foot_law,
-    opened_by_servos,
-    solved,
-    spring_gradient,
 )
-from lola_drake.blocks.foot_force_control import FORCE_CONTROLLED, FootSensor, modification_rate
+from lola_drake.blocks.foot_force_control import FORCE_CONTROLLED, modification_rate
 from lola_drake.blocks.hybrid_force_control import HybridForceControlParams, force_control_rate
 from lola_drake.blocks.inverse_kinematics import InverseKinematicsParams
 from lola_drake.robot import JOINT_INDEX, PADS, Kinematics, foot_sensor_geometry, posture
 from lola_drake.signals import GAIT_PHASE, TASK_REFERENCE
 from lola_drake.theory.contact_model import Pad, ServoCompliance, command_gradient, contact_matrix
+from lola_drake.theory.foot_wrench import FootSensor
 from lola_drake.theory.kinematics import FOOT_TASK
+from lola_drake.theory.pad_springs import behind_servos, opened_by_servos, solved, spring_gradient
 
 POINTS = np.array([[pad.x, pad.y] for pad in PADS])
 RIGID = np.column_stack([POINTS[:, 1], -POINTS[:, 0], np.ones(4)])

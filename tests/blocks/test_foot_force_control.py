@@ -9,17 +9,14 @@ from pydrake.math import RollPitchYaw
 
 from lola_drake.blocks.foot_force_control import (
     FORCE_CONTROLLED,
-    TOUCHED,
     FootForceControl,
-    FootSensor,
     grip_of,
     limited_rate,
     modification_rate,
-    overdue_time,
-    seeking_rate,
-    wrench_at_tcp,
 )
 from lola_drake.signals import GAIT_PHASE, PERIOD, TASK_REFERENCE
+from lola_drake.theory.foot_wrench import FootSensor, wrench_at_tcp
+from lola_drake.theory.late_foot import TOUCHED, overdue_time, seeking_rate
 
 WEIGHTLESS = FootSensor((0.0, 0.0, 0.0), 0.0, (0.0, 0.0, 0.0))
 MEASURED = np.array([30.0, -20.0, 400.0, 8.0, -12.0, 3.0])

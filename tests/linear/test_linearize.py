@@ -10,7 +10,6 @@ from pydrake.systems.primitives import AffineSystem, Linearize
 
 import lola_drake as lola
 from lola_drake.block_system import system_of
-from lola_drake.blocks.foot_force_control import FootSensor
 from lola_drake.blocks.hybrid_force_control import HybridForceControl, HybridForceControlParams
 from lola_drake.blocks.imu_stabilizer import ImuStabilizerParams
 from lola_drake.linear.errors import AnalysisError
@@ -19,6 +18,7 @@ from lola_drake.linear.linear_blocks import linear_blocks
 from lola_drake.robot import PADS
 from lola_drake.signals import DESIRED_WRENCH, GAIT_PHASE, MEASURED_WRENCH
 from lola_drake.theory.contact_model import contact_matrix
+from lola_drake.theory.foot_wrench import FootSensor
 
 A = [[0.9, 0.1], [-0.2, 0.8]]
 
