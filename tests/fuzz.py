@@ -1,10 +1,13 @@
-"""The long form of the fuzzing: python tests/fuzz.py valid|bad [COUNT] [SEED].
+"""The long form of the fuzzing: python tests/fuzz.py KIND [COUNT] [SEED].
 
 `valid` makes scenarios over the whole of the documented ranges and runs them for a moment. Each
 must be completed or fall, with finite numbers and without a warning of NumPy.
 
 `bad` makes scenarios with one thing in them that cannot be. Each must be refused by the command in
 one line that names the key, the value and what is allowed, and leave nothing on the disk.
+
+`records` damages records of runs, see `fuzz_records`. Each must be loaded, exported and reported,
+or refused in one line.
 """
 
 import json
@@ -183,6 +186,7 @@ def run(count: int, seed: int) -> None:
     """Run so many scenarios; print those that are not as they must be."""
     warnings.simplefilter("error")
     ends: dict[str, int] = {}
+    wrong = 0
     for number in range(seed, seed + count):
         scenario = valid_scenario(np.random.default_rng(number))
         try:
@@ -193,8 +197,9 @@ def run(count: int, seed: int) -> None:
             fine, end = False, f"{type(error).__name__}: {error}"
         if not fine:
             print(number, end, differences(scenario), flush=True)
+        wrong += not fine
         ends[end.split()[0]] = ends.get(end.split()[0], 0) + 1
-    print(ends)
+    print(f"{count} valid scenarios, {wrong} of them not as they must be: {ends}")
 
 
 def numbers(value: object) -> list[float]:
@@ -204,9 +209,19 @@ def numbers(value: object) -> list[float]:
     return [value] if isinstance(value, float) else []
 
 
+def damage_records(count: int, seed: int) -> None:
+    """Damage so many records; print those that are not answered as they must be."""
+    from fuzz_records import try_records
+
+    with tempfile.TemporaryDirectory() as folder:
+        wrong = try_records(count, seed, Path(folder))
+    print(f"{count} damaged records, {wrong} of them not answered as they must be")
+
+
 def main(kind: str = "valid", count: str = "20", seed: str = "0") -> None:
-    """Do one of both."""
-    {"valid": run, "bad": refuse}[kind](int(count), int(seed))
+    """Do one of them."""
+    kinds = {"valid": run, "bad": refuse, "records": damage_records}
+    kinds[kind](int(count), int(seed))
 
 
 if __name__ == "__main__":

@@ -1,8 +1,10 @@
 """The short form of the fuzzing and of the kills; the long ones are `fuzz.py` and `kills.py`."""
 
+import shutil
 import signal
 
 import fuzz
+import fuzz_records
 import numpy as np
 import pytest
 from kills import kill
@@ -27,6 +29,19 @@ def test_a_valid_scenario_ends_with_finite_numbers(seed):
     result = simulate(fuzz.valid_scenario(np.random.default_rng(seed)))
     assert result.completed or result.fall_time is not None, result.end
     assert np.isfinite(fuzz.numbers(result.summary)).all()
+
+
+@pytest.fixture(scope="module")
+def records(tmp_path_factory):
+    return fuzz_records.make_records(tmp_path_factory.mktemp("records"))
+
+
+@pytest.mark.parametrize("seed", range(16))
+def test_a_damaged_record_is_read_or_refused_in_one_line(records, tmp_path, seed):
+    shutil.copytree(records[int(seed % 4 == 0)], tmp_path / "run")
+    what = fuzz_records.damage(tmp_path / "run", np.random.default_rng(seed))
+    uses = {3: 1, 6: 2}.get(seed, 0)
+    assert fuzz_records.tried(tmp_path / "run", uses) == "", what
 
 
 @pytest.mark.parametrize(

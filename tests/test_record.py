@@ -9,9 +9,10 @@ from contextlib import contextmanager
 
 import numpy as np
 import pytest
+from fuzz_records import make_records
 
 import lola_drake as lola
-from lola_drake import metrics
+from lola_drake import metrics, record
 from lola_drake.atomic_file import growing_folder
 from lola_drake.record import ROWS, RecordedSignals, open_signals
 from lola_drake.results import UNFINISHED, load_result
@@ -141,6 +142,36 @@ def test_a_killed_run_leaves_a_record_that_says_what_it_is(tmp_path):
     # The next run does not touch it.
     again = simulate(Scenario(duration=0.01), folder=tmp_path / "run")
     assert again.completed and load_result(tmp_path / "run.part").error == UNFINISHED
+
+
+def test_a_killed_runs_damaged_record_does_not_keep_hdf5_for_ever(tmp_path, monkeypatch):
+    """One byte of HDF5's own data is enough; no such wait can be ended from Python."""
+    _, folder = make_records(tmp_path)
+    assert len(load_result(folder).times) == 1100
+    data = bytearray((folder / "signals.h5").read_bytes())
+    data[data.index(b"OHDR", 1000) + 20] ^= 1
+    (folder / "signals.h5").write_bytes(data)
+    monkeypatch.setattr(record, "PATIENCE", 3.0)
+    with pytest.raises(lola.ResultError, match="signals.h5 is damaged, HDF5 finds no end in it$"):
+        load_result(folder)
+
+
+def test_a_killed_runs_record_is_looked_through_once(tmp_path, monkeypatch):
+    _, folder = make_records(tmp_path)
+    looked = []
+    run = subprocess.run
+    monkeypatch.setattr(subprocess, "run", lambda *a, **k: looked.append(a) or run(*a, **k))
+    signals = load_result(folder).signals
+    assert signals["torso_pose"].any() and signals["joint_torque"].any() and len(looked) == 1
+
+
+def test_a_killed_runs_record_that_is_cut_off_is_one_line(tmp_path):
+    _, folder = make_records(tmp_path)
+    data = (folder / "signals.h5").read_bytes()
+    (folder / "signals.h5").write_bytes(data[:1500])
+    with pytest.raises(lola.ResultError, match="cannot be read, ") as caught:
+        load_result(folder)
+    assert "\n" not in str(caught.value)
 
 
 @contextmanager
