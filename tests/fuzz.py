@@ -8,6 +8,9 @@ one line that names the key, the value and what is allowed, and leave nothing on
 
 `records` damages records of runs, see `fuzz_records`. Each must be loaded, exported and reported,
 or refused in one line.
+
+`frames` sends what is no message, or one that nobody has asked for, to the page of a simulation,
+see `fuzz_frames`. It must go on, and come to its end.
 """
 
 import json
@@ -218,9 +221,17 @@ def damage_records(count: int, seed: int) -> None:
     print(f"{count} damaged records, {wrong} of them not answered as they must be")
 
 
+def send_frames(count: int, seed: int) -> None:
+    """Send so many frames to simulations; print those that do not come to their end."""
+    from fuzz_frames import try_frames
+
+    wrong = try_frames(count, seed)
+    print(f"{count} frames, {wrong} simulations ended by them")
+
+
 def main(kind: str = "valid", count: str = "20", seed: str = "0") -> None:
     """Do one of them."""
-    kinds = {"valid": run, "bad": refuse, "records": damage_records}
+    kinds = {"valid": run, "bad": refuse, "records": damage_records, "frames": send_frames}
     kinds[kind](int(count), int(seed))
 
 

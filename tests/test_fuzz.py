@@ -4,6 +4,7 @@ import shutil
 import signal
 
 import fuzz
+import fuzz_frames
 import fuzz_records
 import numpy as np
 import pytest
@@ -42,6 +43,10 @@ def test_a_damaged_record_is_read_or_refused_in_one_line(records, tmp_path, seed
     what = fuzz_records.damage(tmp_path / "run", np.random.default_rng(seed))
     uses = {3: 1, 6: 2}.get(seed, 0)
     assert fuzz_records.tried(tmp_path / "run", uses) == "", what
+
+
+def test_no_frame_ends_a_simulation(capsys):
+    assert fuzz_frames.try_frames(60) == 0, capsys.readouterr().out
 
 
 @pytest.mark.parametrize(

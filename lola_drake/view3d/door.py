@@ -15,6 +15,7 @@ from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from urllib.parse import parse_qs, urlsplit
 
 from lola_drake.errors import OutputError, shown
+from lola_drake.view3d.messages import sound_frames
 
 PORTS = range(7000, 7100)
 """Where Meshcat's pages usually are; the first free one is taken."""
@@ -119,29 +120,32 @@ class _Handler(BaseHTTPRequestHandler):
             connection.close()
 
     def _pass_socket(self) -> None:
-        """Pass on all that comes from either side, until one of them ends."""
+        """Pass on what Meshcat says, and what is sound of what the page says, until one ends."""
         self.close_connection = True
         with suppress(OSError):
             inside = socket.create_connection(self.inside)
             with inside:
-                lines = [f"{name}: {value}" for name, value in self.headers.items()]
+                # Without extensions, such as compression, frames are what they look like.
+                headers = {n: v for n, v in self.headers.items() if "Extensions" not in n.title()}
+                lines = [f"{name}: {value}" for name, value in headers.items()]
                 head = "\r\n".join(["GET / HTTP/1.1", *lines, "", ""])
                 inside.sendall(head.encode("latin-1"))
                 back = threading.Thread(target=_pour, args=(inside, self.connection), daemon=True)
                 back.start()
                 # Some of it may have come with the head already.
-                _pour(self.rfile, inside)
+                for frame in sound_frames(self.rfile):
+                    inside.sendall(frame)
+                inside.shutdown(socket.SHUT_RDWR)
                 back.join(1.0)
 
     def log_message(self, *_) -> None:
         """Write nothing on the terminal."""
 
 
-def _pour(source, drain: socket.socket) -> None:
-    """Send what comes from a socket or a file of one to another socket."""
-    read = source.read1 if hasattr(source, "read1") else source.recv
-    with suppress(OSError, ValueError):
-        while data := read(65536):
+def _pour(source: socket.socket, drain: socket.socket) -> None:
+    """Send what comes from a socket to another one."""
+    with suppress(OSError):
+        while data := source.recv(65536):
             drain.sendall(data)
     with suppress(OSError):
         drain.shutdown(socket.SHUT_RDWR)
