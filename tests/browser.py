@@ -29,13 +29,23 @@ SETTLED = """
 const settled = async (test, tries = 600) => {
   while (!test() && tries--) await new Promise(done => setTimeout(done, 100));
 };
+// What sticks out of the window, and what is too small for a finger.
+const misfits = () => [
+  ...[document.documentElement].filter(page => page.scrollWidth > innerWidth),
+  ...document.querySelectorAll("button, select, summary, .arena .curves li"),
+].filter(e => e.scrollWidth > innerWidth || e.offsetHeight && e.offsetHeight < 36)
+  .map(e => `${e.tagName} ${e.textContent.slice(0, 20)} ${e.scrollWidth} ${e.offsetHeight}`);
+// How light the sky over the robot is, from 0 to 255, in the window of a page of Meshcat's.
+const skyIn = ({ viewer }) => viewer.scene_tree.find(["Background", "<object>"]).object.top_color.r;
 """
 
 GIVE_UP = 120.0
 """After this (s) a browser that says nothing is ended, and the test fails."""
 
 
-def ask(page: Path | str, question: str, *, width: int = 1400) -> tuple[object, list[str]]:
+def ask(
+    page: Path | str, question: str, *, width: int = 1400, dark: bool = False
+) -> tuple[object, list[str]]:
     """Open a page, run a script in it, and return its answer and all complaints.
 
     Those are errors and warnings of the console, and whatever is asked of the net.
@@ -44,11 +54,13 @@ def ask(page: Path | str, question: str, *, width: int = 1400) -> tuple[object, 
         page: An HTML file, or the address of one that this machine serves.
         question: Statements that return the answer; `await settled(() => …)` waits.
         width: Of the window (pixels).
+        dark: Whether the reader has chosen dark pages.
     """
     with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as profile:
         url = page if isinstance(page, str) else page.resolve().as_uri()
-        browser = _Browser(profile, width, urlsplit(url).hostname or "")
+        browser = _Browser(profile, urlsplit(url).hostname or "")
         try:
+            browser.look(width, dark=dark)
             browser.open(url)
             answer = browser.evaluate(f"(async () => {{ {SETTLED} {question} }})()")
         finally:
@@ -59,7 +71,7 @@ def ask(page: Path | str, question: str, *, width: int = 1400) -> tuple[object, 
 class _Browser:
     """One tab, steered by Chromium's own protocol through a pair of pipes."""
 
-    def __init__(self, profile: str, width: int, host: str):
+    def __init__(self, profile: str, host: str):
         self._host = host
         theirs_in, self._to = os.pipe()
         self._from, theirs_out = os.pipe()
@@ -67,7 +79,7 @@ class _Browser:
         command = f'exec 3<&{theirs_in} 4>&{theirs_out}; exec "$@"'
         self._process = subprocess.Popen(
             ["bash", "-c", command, "bash", CHROMIUM, *OPTIONS]
-            + [f"--user-data-dir={profile}", f"--window-size={width},900", "about:blank"],
+            + [f"--user-data-dir={profile}", "about:blank"],
             pass_fds=(theirs_in, theirs_out),
             stderr=subprocess.DEVNULL,
         )
@@ -83,6 +95,13 @@ class _Browser:
         self._session = attached["sessionId"]
         for domain in ("Page", "Runtime", "Log", "Network"):
             self._call(f"{domain}.enable")
+
+    def look(self, width: int, *, dark: bool) -> None:
+        """Have a window of this width, also of a phone's, and a choice of light or dark."""
+        size = {"width": width, "height": 900, "deviceScaleFactor": 1, "mobile": False}
+        self._call("Emulation.setDeviceMetricsOverride", **size)
+        scheme = {"name": "prefers-color-scheme", "value": "dark" if dark else "light"}
+        self._call("Emulation.setEmulatedMedia", features=[scheme])
 
     def open(self, url: str) -> None:
         self._call("Page.navigate", url=url)

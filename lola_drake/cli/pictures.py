@@ -101,7 +101,13 @@ def diagram(
 ) -> None:
     """Draw the block diagram of a simulation, or of one system in it."""
     from lola_drake.atomic_file import check_file
-    from lola_drake.diagram.block_diagram import levels, save_diagram, write_all
+    from lola_drake.diagram.block_diagram import (
+        block_diagram,
+        levels,
+        save_diagram,
+        write_all,
+    )
+    from lola_drake.diagram.paper import advice
     from lola_drake.scenario import load_scenario
     from lola_drake.world import build_simulation
 
@@ -120,6 +126,8 @@ def diagram(
             written = [save_diagram(simulation, path, **options)]
             if depth > max(there := levels(simulation, system), 1):
                 fail(f"--depth {depth}: there are {there} levels to open, all are drawn")
+            if path.suffix == ".svg" and (told := advice(block_diagram(simulation, **options))):
+                typer.echo(told, err=True)
     for path in written:
         print(path)
 

@@ -16,7 +16,7 @@ from lola_drake.diagram.card import draw_card
 from lola_drake.diagram.drawing import Drawing, to_figure, to_svg
 from lola_drake.diagram.graph import read_block
 from lola_drake.diagram.layout import ROW, make_sheet
-from lola_drake.diagram.paper import save_pdf
+from lola_drake.diagram.paper import advice, save_pdf
 from lola_drake.diagram.sheet import Link, draw_sheet
 from lola_drake.scenario import load_scenario
 from lola_drake.typed_yaml import suggestion
@@ -112,21 +112,22 @@ def write_all(folder: str | Path) -> list[Path]:
     diagram = build_simulation(load_scenario("walk_flat"))
     link = _linker(folder)
     blocks = [read_block(diagram, logging=logging) for logging in (False, True)]
-    files = {}
+    drawings = {}
     for name, depth, logging, _ in _PICTURES:
         whole = blocks[logging]
         block = whole.child(name) if name == "controller" else whole
-        files[f"{name}.svg"] = to_svg(_draw(block, depth, link))
+        drawings[name] = _draw(block, depth, link)
+    files = {f"{name}.svg": to_svg(drawing) for name, drawing in drawings.items()}
     leaves = [block for block in blocks[0].walk() if block.source and not block.children]
     files |= {f"{block.name}.svg": to_svg(_draw(block, 0, link)) for block in leaves}
-    files["README.md"] = _index(leaves, link)
+    files["README.md"] = _index(drawings, leaves, link)
     for name, text in files.items():
         with whole_file(folder / name) as file:
             file.write_text(text, encoding="utf-8")
     return [folder / name for name in files]
 
 
-def _index(blocks: list[Block], link: Link) -> str:
+def _index(drawings: dict[str, Drawing], blocks: list[Block], link: Link) -> str:
     lines = [
         "# Block diagrams",
         "",
@@ -135,7 +136,8 @@ def _index(blocks: list[Block], link: Link) -> str:
     ]
     for name, _, _, caption in _PICTURES:
         title = name.replace("_", " ").capitalize()
-        lines += ["", f"## {title}", "", caption, "", f"[![{title}]({name}.svg)]({name}.svg)"]
+        about = f"{caption} {advice(drawings[name])}".strip()
+        lines += ["", f"## {title}", "", about, "", f"[![{title}]({name}.svg)]({name}.svg)"]
     lines += ["", "## Every block alone", "", "| block | what it does | equations | source |"]
     lines += ["|---|---|---|---|"]
     for block in blocks:

@@ -197,7 +197,7 @@ def _css(drawing: Drawing) -> str:
             more += f"stroke-dasharray:{' '.join(map(_number, style.dash))};"
         light.append(f".{name}{{{shade[0]}{more}}}\n")
         dark.append(f".{name}{{{shade[1]}}}\n")
-    media = f"@media (prefers-color-scheme:dark){{\n{''.join(dark)}}}\n"
+    media = f"@media screen and (prefers-color-scheme:dark){{\n{''.join(dark)}}}\n"
     return "".join(light) + media + FILLING + drawing.extra_css
 
 

@@ -15,7 +15,8 @@ from lola_drake.studies.ranking import (
     margin_rows,
     worlds_told,
 )
-from lola_drake.view3d.replay import asset, packed
+from lola_drake.view3d.assets import asset
+from lola_drake.view3d.replay import packed
 
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#B58900", "#56A0D3", "#7A5BD0", "#5F6873")
 """Of the laws, in their order; `ref` is dashed."""

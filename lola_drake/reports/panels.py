@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from lola_drake.figures.balance import Balance, balance
-from lola_drake.figures.style import FIRST, FOOT_COLOURS, FOOT_NAMES, GROUND, NOISE, SECOND, THIRD
+from lola_drake.figures.style import FIRST, FOOT_COLOURS, FOOT_NAMES, GROUND, SECOND, THIRD
 from lola_drake.metrics import inclination_deg, torque_error
 from lola_drake.results import Result
 from lola_drake.robot import Kinematics
@@ -20,8 +20,8 @@ from lola_drake.signals import (
     TORSO_ORIENTATION,
 )
 
-PLAN = "ink"
-"""The plan is drawn in the colour of text, whatever that is in the reader's theme."""
+PLAN, NOISE = "ink", "noise"
+"""Colours of the reader's theme: the plan has that of text, noise is paler."""
 
 
 @dataclass(frozen=True)
@@ -31,7 +31,7 @@ class Curve:
     Attributes:
         name: In the legend.
         values: Over time; in a plane the ordinates.
-        colour: Of a line, "#rrggbb" or "ink".
+        colour: Of a line, "#rrggbb" or one of the theme.
         dash: As Plotly calls it.
         plan: Whether it only tells what was wanted or is noise: a comparison leaves it out of
             all runs but the one it is about.
@@ -57,6 +57,7 @@ class Cell:
         across: Of the abscissa, if that is not time.
         outlines: Closed lines that lie behind, each of shape (n, 2).
         square: Whether both axes have the same scale.
+        notes: Abscissa, ordinate and text of what is written in it; a comparison has none.
     """
 
     title: str
@@ -65,6 +66,7 @@ class Cell:
     across: str = ""
     outlines: list[np.ndarray] = field(default_factory=list)
     square: bool = False
+    notes: list[tuple[float, float, str]] = field(default_factory=list)
 
 
 @dataclass(frozen=True)

@@ -112,10 +112,11 @@ def _cell(cells: Sequence[Cell], numbers: "_Numbers") -> dict[str, object]:
     if len(cells) > 1:
         curves = [c for c in curves if c["name"] != "IMU"]
     return {
-        "title": first.title if len(cells) == 1 else first.title.split(";")[0],
+        "title": first.title,
         "unit": first.unit,
         "across": first.across,
         "square": first.square,
+        "notes": first.notes if len(cells) == 1 else [],
         "outlines": [np.round(line, 4).tolist() for line in cells[main].outlines],
         "curves": curves,
     }

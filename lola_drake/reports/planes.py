@@ -47,13 +47,15 @@ def _pressure(result: Result) -> Panel:
     for foot, forces in zip(FEET, greatest, strict=True):
         to_right = centre_of_pressure(result, foot)[:, ::-1] * [-1, 1]
         curve = _plane("centre of pressure", to_right, FOOT_COLOURS[foot])
-        told = ", ".join(f"{force:.0f}" for force in forces)
-        title = f"{FOOT_NAMES[foot]} foot; greatest forces: {told} N"
+        notes = [
+            (*pad.mean(axis=0).round(4).tolist(), f"≤ {force:.0f} N")
+            for pad, force in zip(pads, forces, strict=True)
+        ]
+        axes = "forward (m)", [curve], "to the right (m)"
         cells.append(
-            Cell(title, "forward (m)", [curve], "to the right (m)", outlines=pads, square=True)
+            Cell(f"{FOOT_NAMES[foot]} foot", *axes, outlines=pads, square=True, notes=notes)
         )
-    note = "pads rear left, rear right, front left, front right"
-    return Panel(f"Centre of pressure in the foot frame ({note})", cells, columns=2)
+    return Panel("Centre of pressure in the foot, and what its pads bear", cells, columns=2)
 
 
 def _phase(result: Result) -> Panel:

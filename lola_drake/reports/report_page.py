@@ -13,8 +13,8 @@ from lola_drake.reports.payload import payload
 from lola_drake.results import Result
 from lola_drake.scenario import Scenario, differences
 from lola_drake.typed_yaml import leaves, plain
+from lola_drake.view3d.assets import asset
 from lola_drake.view3d.markers import LEGEND, PUSH_LEGEND
-from lola_drake.view3d.replay import asset
 from lola_drake.world import build_simulation
 
 SCRIPTS = ("data.js", "plots.js", "report.js")
@@ -163,7 +163,10 @@ def _plain(value: object) -> str:
 
 
 def _row(tag: str, cells: list[str]) -> str:
-    return f"<tr>{''.join(f'<{tag}>{escape(cell)}</{tag}>' for cell in cells)}</tr>"
+    """Return a row of a table; where it is narrow a key goes on after a dot or underscore."""
+    key, *values = map(escape, cells)
+    shown = re.sub(r"[._](?=\w)", r"\g<0><wbr>", key), *values
+    return f"<tr>{''.join(f'<{tag}>{cell}</{tag}>' for cell in shown)}</tr>"
 
 
 def _diagram(scenario: Scenario) -> str:

@@ -11,10 +11,12 @@ import secrets
 import socket
 import threading
 from contextlib import suppress
+from http import HTTPStatus
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from urllib.parse import parse_qs, urlsplit
 
 from lola_drake.errors import OutputError, shown
+from lola_drake.view3d.assets import with_script
 from lola_drake.view3d.messages import sound_frames
 
 PORTS = range(7000, 7100)
@@ -22,6 +24,9 @@ PORTS = range(7000, 7100)
 
 EVERYWHERE = "*"
 """The host that means every address of this machine."""
+
+PAGES = "/", "/index.html", "/meshcat.html"
+"""The paths of Meshcat's page."""
 
 REFUSED = "Open the address that the program has printed: it has a token.\n"
 
@@ -93,9 +98,7 @@ class _Handler(BaseHTTPRequestHandler):
         """Pass on what a browser asks for: the page and its socket with the token alone."""
         wants_socket = "upgrade" in self.headers.get("Connection", "").lower()
         path = urlsplit(self.path).path
-        if (wants_socket or path in ("/", "/index.html", "/meshcat.html")) and not knows(
-            self.token, self.path
-        ):
+        if (wants_socket or path in PAGES) and not knows(self.token, self.path):
             self.send_error(403, explain=REFUSED)
         elif wants_socket:
             self._pass_socket()
@@ -109,6 +112,8 @@ class _Handler(BaseHTTPRequestHandler):
             connection.request("GET", path)
             answer = connection.getresponse()
             content = answer.read()
+            if path in PAGES and answer.status == HTTPStatus.OK:
+                content = with_script(content.decode(), "sky.js").encode()
             self.send_response(answer.status)
             self.send_header("Content-Type", answer.getheader("Content-Type", "text/html"))
             self.send_header("Content-Length", str(len(content)))

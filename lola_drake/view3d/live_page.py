@@ -5,9 +5,9 @@ import threading
 from collections.abc import Generator
 from html import escape
 from http.server import BaseHTTPRequestHandler
-from importlib.resources import files
 from urllib.parse import urlsplit
 
+from lola_drake.view3d.assets import asset
 from lola_drake.view3d.door import REFUSED, Door, knows, named, served
 
 QUIET = 5.0
@@ -38,8 +38,8 @@ class LivePage:
         """
         scene = f"{door.port}/?token={door.token}"
         parts = {"TITLE": escape(title), "SCENE": scene, "DIAGRAM": diagram}
-        parts |= {"STYLE": _asset("live.css"), "SCRIPT": _asset("live.js")}
-        page = _asset("live.html")
+        parts |= {"STYLE": asset("live.css"), "SCRIPT": asset("live.js")}
+        page = asset("live.html")
         for name, text in parts.items():
             page = page.replace(f"<!--{name}-->", text)
         self._page, self._news = page.encode(), threading.Condition()
@@ -125,7 +125,3 @@ class _Handler(BaseHTTPRequestHandler):
 
     def log_message(self, *_) -> None:
         """Write nothing on the terminal."""
-
-
-def _asset(name: str) -> str:
-    return files("lola_drake.view3d").joinpath("page", name).read_text(encoding="utf-8")

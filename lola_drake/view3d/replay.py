@@ -3,7 +3,6 @@
 import base64
 import gzip
 from html import escape
-from importlib.resources import files
 
 import numpy as np
 from pydrake.geometry import Meshcat
@@ -12,6 +11,7 @@ from lola_drake.figures.footprints import planned_footsteps
 from lola_drake.pad_forces import pad_forces
 from lola_drake.results import Result
 from lola_drake.scenario import Ground
+from lola_drake.view3d.assets import asset, with_script
 from lola_drake.view3d.frames import frame_samples, frames_at
 from lola_drake.view3d.markers import Markers, PressureMarkers
 from lola_drake.view3d.scene import WORLD, Puppet, follow, open_meshcat, shown_in
@@ -21,11 +21,6 @@ FRAMES_PER_SECOND = 32.0
 GHOST = f"{WORLD}/ghost"
 """Where the robots lie in the scene that the last run is compared with; `clock.js` makes them
 ghosts, since a mesh takes no colour before the browser has read it."""
-
-
-def asset(name: str) -> str:
-    """Return a file of `view3d/page/`."""
-    return files("lola_drake.view3d").joinpath("page", name).read_text(encoding="utf-8")
 
 
 def packed(text: str | bytes) -> str:
@@ -52,9 +47,7 @@ def replay_page(*results: Result) -> str:
     """Return runs as Meshcat's own static page, uncompressed; see `record`."""
     meshcat = open_meshcat()
     record(meshcat, *results)
-    page = meshcat.StaticHtml()
-    body, end = page.rsplit("</body>", 1)
-    return f"{body}<script>{asset('clock.js')}</script></body>{end}"
+    return with_script(meshcat.StaticHtml(), "sky.js", "clock.js")
 
 
 def record(meshcat: Meshcat, *results: Result) -> None:

@@ -47,13 +47,13 @@ def hidden_address() -> str:
 def open_meshcat(*, hidden: bool = False) -> Meshcat:
     """Return a Meshcat server with a floor, at any free port of this machine.
 
+    The sky is the page's: `sky.js` makes it light or dark.
+
     Args:
         hidden: whether nobody shall find it, since there is a `Door` to it.
     """
     host = hidden_address() if hidden else "localhost"
     meshcat = Meshcat(MeshcatParams(host=host, port=0, show_stats_plot=False))
-    meshcat.SetProperty("/Background/<object>", "top_color", [0.97, 0.98, 0.99])
-    meshcat.SetProperty("/Background/<object>", "bottom_color", [0.84, 0.86, 0.88])
     meshcat.SetProperty("/Axes", "visible", False)
     meshcat.SetProperty("/Grid", "visible", False)
     meshcat.SetCameraPose(CAMERA, TARGET)

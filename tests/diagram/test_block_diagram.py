@@ -13,8 +13,8 @@ from lola_drake.atomic_file import OutputError
 from lola_drake.diagram.block_diagram import COMMAND, block_diagram, save_diagram, write_all
 from lola_drake.diagram.drawing import PAGE
 from lola_drake.diagram.graph import read_block
-from lola_drake.diagram.layout import make_sheet
-from lola_drake.diagram.paper import NAME, sheets
+from lola_drake.diagram.layout import make_box, make_sheet
+from lola_drake.diagram.paper import NAME, advice, sheets, windows
 from lola_drake.diagram.sheet import draw_sheet
 from lola_drake.scenario import load_scenario
 from lola_drake.world import build_simulation
@@ -198,3 +198,13 @@ def test_names_can_be_read_on_paper_however_large_the_diagram_is(simulation, tmp
         assert count == expected and NAME * scale >= 6.0
         path = save_diagram(simulation, tmp_path / "d.pdf", system=system, depth=depth)
         assert len(re.findall(rb"/Type /Page\b", path.read_bytes())) == count
+
+
+def test_a_block_between_two_sheets_is_whole_on_one_of_them(simulation):
+    whole, controller = read_block(simulation), block_diagram(simulation, system="controller")
+    drawing = block_diagram(simulation, depth=2)
+    (start, middle), (again, end) = windows(drawing)
+    assert start == 0.0 and end == pytest.approx(drawing.width)
+    widest = max(make_box(block).width for block in whole.walk() if not block.children)
+    assert middle - again > widest
+    assert advice(drawing).endswith("as PDF it takes 2 sheets.") and not advice(controller)

@@ -123,11 +123,12 @@ def test_the_cursor_moves_the_robot(report):
         const moved = before !== document.querySelector(".cursor").style.left;
         byId("play").click();
         await settled(() => now > 2.6);
-        return { place, moved, played: now > 2.6, plots: plots.drawn.length };
+        const sky = skyIn(replay.frame.contentWindow);
+        return { place, moved, sky, played: now > 2.6, plots: plots.drawn.length };
         """,
     )
     assert complaints == []
-    assert answer["moved"] and answer["played"] and answer["plots"] >= 1
+    assert answer["moved"] and answer["played"] and answer["plots"] >= 1 and answer["sky"] > 200
     start, end = answer["place"]
     assert start == pytest.approx(0.3, abs=1e-6) and end == pytest.approx(0.3 + 0.75, abs=0.02)
 
@@ -145,11 +146,14 @@ def test_time_axes_zoom_together_and_back(report):
         await Plotly.relayout(first, { "xaxis.range[0]": 1, "xaxis.range[1]": 2 });
         const near = ranges();
         await Plotly.relayout(first, { "xaxis.range": all });
-        return { near, far: ranges(), all: all.join() };
+        const drawn = plot => plot.querySelector(".main-svg").clientHeight;
+        const room = Math.min(...plots.drawn.map(plot => plot.offsetHeight - drawn(plot)));
+        return { near, far: ranges(), all: all.join(), room };
         """,
     )
     assert complaints == []
     assert set(answer["near"]) == {"1,2"} and set(answer["far"]) == {answer["all"]}
+    assert answer["room"] >= 0, "a plot sticks out into the next one"
 
 
 @needs_browser
@@ -168,10 +172,12 @@ def test_the_first_run_is_a_ghost_in_the_scene_of_the_second(comparison):
         await settled(look);
         const ghost = materials.every(m => m.transparent && m.opacity < 0.5);
         const texts = plots.drawn[0].layout.annotations.map(a => a.text);
-        return { ghost, robot: !!children.lola, marks: texts.filter(t => t.includes("sub")) };
+        const marks = texts.filter(t => t.includes("sub")), sky = skyIn(replay.frame.contentWindow);
+        return { ghost, robot: !!children.lola, marks, sky, misfits: misfits() };
         """,
-        width=520,
+        width=390,
+        dark=True,
     )
-    assert complaints == []
+    assert complaints == [] and answer["misfits"] == [] and answer["sky"] < 60
     assert answer["ghost"] and answer["robot"]
     assert "<i>t<sub>1</sub></i>" in answer["marks"]

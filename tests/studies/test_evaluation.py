@@ -237,10 +237,12 @@ def test_the_page_draws_every_trial_and_hides_what_is_clicked(page):
         byId("what").value = "foot_force_N";
         byId("what").dispatchEvent(new Event("change"));
         return { count: plots.length, before, after: lines(), y: plots[0].data[0].y,
-                 reach: pushes[0].r, theta: pushes[0].theta };
+                 reach: pushes[0].r, theta: pushes[0].theta, misfits: misfits() };
         """,
+        width=390,
+        dark=True,
     )
-    assert complaints == []
+    assert complaints == [] and answer["misfits"] == []
     assert answer["count"] == 5
     assert answer["before"] == ["hybrid, ref", "hybrid, dyn", "<my law>, ref", "<my law>, dyn"]
     assert answer["after"] == answer["before"][1:]

@@ -59,7 +59,8 @@ def handshake(door, path):
 
 def test_a_page_needs_the_token_and_its_files_do_not(door, meshcat):
     status, page = answer(door.url)
-    assert status == 200 and page == answer(meshcat.web_url())[1]
+    start, end = answer(meshcat.web_url())[1].split(b"</body>")
+    assert status == 200 and page.startswith(start) and page.endswith(end) and b"sky(" in page
     base = f"http://localhost:{door.port}"
     for path in ("/", "/index.html", "/?token=", "/?token=x", f"/{door.token}", "/meshcat.html"):
         assert answer(base + path)[0] in (403, 404), path

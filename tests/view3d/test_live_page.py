@@ -159,14 +159,14 @@ def test_what_is_forgotten_leaves_the_last_samples(run):
     assert run.result(wall_time=0.0).times[-1] == pytest.approx(run.time, abs=2e-3)
 
 
-def asked_while_it_runs(scenario, meshcat, page, url, question, **options):
+def asked_while_it_runs(scenario, meshcat, page, url, question, keep=None, **look):
     """Ask a page while a simulation shows itself there; return answer, complaints and view.
 
     The simulation is in the main thread, where it listens to signals.
     """
-    view = LiveView(scenario, meshcat, page, **options)
+    view = LiveView(scenario, meshcat, page, keep)
     with ThreadPoolExecutor() as pool:
-        asked = pool.submit(ask, url, question)
+        asked = pool.submit(ask, url, question, **look)
 
         def attend(run):
             view.stopped |= asked.done()
@@ -198,12 +198,13 @@ def test_a_page_shows_values_at_the_ports(stand, meshcat, door):
               load, value: port("desired_wrench").querySelector(".value").textContent,
               line: port("desired_wrench").querySelector(".spark").getAttribute("d"),
               scene: !!document.querySelector("iframe"), keys: byId("keys").textContent,
-              time: byId("time").textContent,
+              time: byId("time").textContent, misfits: misfits(),
             };
         """,
+        width=390,
     )
     page.close()
-    assert complaints == []
+    assert complaints == [] and answer["misfits"] == []
     assert answer["scene"] and "pause, go on" in answer["keys"] and answer["time"].endswith(" s")
     left, right = (float(answer["load"][i].removesuffix(" N")) for i in (2, 5))
     assert left + right == pytest.approx(60 * 9.81, rel=0.02)
@@ -228,10 +229,11 @@ def test_a_slider_changes_a_gain_and_the_last_seconds_are_kept(stand, meshcat, d
             await new Promise(done => setTimeout(done, 4000));
             control({json.dumps(KEEP)}).getValue()();
             await new Promise(done => setTimeout(done, 4000));
-            return before;
+            return {{ before, sky: skyIn(window) }};
         """,
         keep=lambda result: kept.append(result) or "here",
+        dark=True,
     )
-    assert complaints == [] and answer == pytest.approx(1.0)
+    assert complaints == [] and answer["before"] == pytest.approx(1.0) and answer["sky"] < 60
     assert view.interfered and view._controls._gains["g_a (-)"] == pytest.approx(0.3)
     assert len(kept) == 1 and kept[0].times[0] == 0.0 and kept[0].duration > 0.02

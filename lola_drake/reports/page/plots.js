@@ -5,13 +5,21 @@ const css = name => getComputedStyle(document.documentElement).getPropertyValue(
 
 class Plots {
   constructor(shape, place, seek) {
-    Object.assign(this, { shape, seek, width: place.clientWidth, range: [0, shape.duration], drawn: [] });
+    Object.assign(this, { shape, place, seek, width: place.clientWidth, range: [0, shape.duration], drawn: [] });
     for (const panel of shape.panels) this.add(panel, place);
     const watch = new IntersectionObserver(seen => {
       for (const { target, isIntersecting } of seen)
         if (isIntersecting) { watch.unobserve(target); this.draw(target); }
     }, { rootMargin: "300px" });
     for (const plot of place.querySelectorAll(".plot")) watch.observe(plot);
+    let before = narrow();
+    window.addEventListener("resize", () => {
+      if (before === narrow()) return;
+      before = narrow();
+      this.width = place.clientWidth;
+      for (const plot of place.querySelectorAll(".plot")) plot.style.height = this.height(plot.panel) + "px";
+      this.redraw();
+    });
   }
 
   add(panel, place) {
@@ -26,7 +34,7 @@ class Plots {
     const plot = into.appendChild(document.createElement("div"));
     plot.className = "plot";
     plot.panel = panel;
-    plot.style.minHeight = this.height(panel) + "px";
+    plot.style.height = this.height(panel) + "px";
   }
 
   // A curve that has another colour in another cell is told with all of them.
@@ -46,7 +54,10 @@ class Plots {
   // The first of several runs is a ghost here, too.
   ghost({ run, plan }) { return !plan && run < this.shape.runs.length - 1; }
 
-  colour(curve, of) { return this.ghost(curve) ? of("--ghost") : curve.colour === "ink" ? of("--ink") : curve.colour; }
+  colour(curve, of) {
+    if (this.ghost(curve)) return of("--ghost");
+    return curve.colour.startsWith("#") ? curve.colour : of(`--${curve.colour}`);
+  }
 
   // Of one ghost the lines of a cell differ; of several ghosts each has its own.
   dash(curve) {
@@ -77,7 +88,6 @@ class Plots {
     Plotly.react(plot, traces, layout, config);
     if (this.drawn.includes(plot)) return this.mark(plot);
     this.drawn.push(plot);
-    plot.style.minHeight = "";
     if (!plot.panel.cells[0].across) {
       plot.on("plotly_click", event => this.seek(event.points[0].x));
       plot.on("plotly_relayout", change => this.zoomed(change));
@@ -111,7 +121,7 @@ class Plots {
       hoverlabel: { bgcolor: css("--card"), bordercolor: css("--line") },
       annotations: [], shapes: [], uirevision: "kept",
     };
-    const px = 1 / (this.height(panel) - 60), gap = 44 * px, wide = over ? 0.07 : 0.1;
+    const px = 1 / (this.height(panel) - 60), gap = 64 * px, wide = over ? 0.07 : 0.1;
     panel.cells.forEach((cell, i) => {
       const column = i % columns, row = Math.floor(i / columns), id = i ? String(i + 1) : "";
       const width = (1 - wide * (columns - 1)) / columns, height = 1 / rows;
@@ -135,6 +145,8 @@ class Plots {
       for (const line of cell.outlines) traces.push({ x: line.map(p => p[0]).concat(line[0][0]),
         y: line.map(p => p[1]).concat(line[0][1]), xaxis: `x${id}`, yaxis: `y${id}`, mode: "lines", fill: "toself",
         fillcolor: "rgba(128,140,152,.14)", line: { color: css("--faint"), width: 0.7 }, hoverinfo: "skip" });
+      for (const [x, y, text] of cell.notes) layout.annotations.push({ text, x, y, xref: `x${id}`, yref: `y${id}`,
+        showarrow: false, font: { size: 11, color: css("--faint") } });
       for (const curve of cell.curves) traces.push(this.trace(curve.unpacked(), id, over));
     });
     return { traces, layout };

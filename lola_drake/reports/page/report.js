@@ -1,12 +1,11 @@
 // One time for all: the replay, the gait and every curve show it.
-const SKIES = { light: ["#f7fafc", "#d6dbdf"], dark: ["#1b222b", "#0d1117"] };
 const byId = id => document.getElementById(id);
 const replay = { frame: null, ready: false };
 let shape, plots, now = 0, playing = false, tick = 0;
 
 function theme(chosen) {
   document.documentElement.dataset.theme = chosen;
-  tell({ sky: SKIES[chosen] });
+  tell({ sky: chosen });
   if (plots) { plots.redraw(); drawGait(); }
 }
 

@@ -5,11 +5,6 @@ function tell(message) {
   if (framed) window.parent.postMessage({ replay: true, ...message }, "*");
 }
 
-function colour(path, property, hex) {
-  const value = [1, 3, 5].map(i => parseInt(hex.slice(i, i + 2), 16) / 255);
-  viewer.handle_command({ type: "set_property", path, property, value });
-}
-
 window.addEventListener("message", ({ source, data }) => {
   if (source !== window.parent) return;
   if (data.time !== undefined) {
@@ -17,10 +12,7 @@ window.addEventListener("message", ({ source, data }) => {
     viewer.animator.seek(data.time);
     viewer.animator.display_progress(data.time);
   }
-  if (data.sky) {
-    colour("/Background/<object>", "top_color", data.sky[0]);
-    colour("/Background/<object>", "bottom_color", data.sky[1]);
-  }
+  if (data.sky) sky(data.sky);
 });
 
 // Meshes come one by one, some after the recording: whatever is new in the ghosts becomes one.
