@@ -83,12 +83,14 @@ def _mark_settings(axes: Axes, result: StabilityMap, x: np.ndarray, y: np.ndarra
         label = f"paper's {name}: δ {delta:g} ms, g_a {gain:g}"
         if keys == (DELTA, GAIN):
             axes.plot(delta, gain, marker, color=INK, mfc="white", ms=7, clip_on=False)
+            on_the_left = delta < (x.min() + x.max()) / 2
             axes.annotate(
                 label,
                 (delta, gain),
-                (8, -14),
+                (8 if on_the_left else -8, -14),
                 textcoords="offset points",
                 fontsize=7.5,
+                ha="left" if on_the_left else "right",
                 bbox={"facecolor": "white", "alpha": 0.75, "edgecolor": "none", "pad": 1.5},
             )
         elif DELTA in keys:

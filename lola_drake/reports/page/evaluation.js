@@ -9,8 +9,10 @@ function theme(chosen) {
   if (content) draw();
 }
 
+// Of many contenders each has a paler band, or all would be mud.
 function faint(colour) {
-  return colour + "1c";
+  const shown = content.contenders.length - hidden.size, part = Math.min(0.11, 0.4 / shown);
+  return colour + Math.round(255 * part).toString(16).padStart(2, "0");
 }
 
 function traces(trial, key) {

@@ -153,7 +153,12 @@ def test_a_map_has_a_picture_and_a_text(name, torso):
         dict.fromkeys(SETTINGS, rates),
         dict.fromkeys(["", *SETTINGS], [[(kind.x.values[3], kind.x.values[-1])], *[[]] * 20]),
     )
-    assert len(map_figure(result).axes) == 4
+    figure = map_figure(result)
+    figure.draw_without_rendering()
+    assert len(figure.axes) == 4
+    for label in figure.axes[0].texts:
+        ends = label.get_window_extent().intervalx
+        assert figure.axes[0].bbox.x0 <= min(ends) and max(ends) <= figure.axes[0].bbox.x1
     assert "nowhere" in result.as_text()
     assert ("up to a share" in result.as_text()) == bool(torso)
 
