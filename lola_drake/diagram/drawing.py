@@ -18,6 +18,9 @@ FONTS = "'Helvetica Neue',Helvetica,Arial,'DejaVu Sans',sans-serif"
 FILLING = "@media (min-width:1100px){svg:root{width:100%;height:auto;max-height:100vh}}\n"
 """Opened alone it fills a wide window; in a page it has the size of a sheet of paper at most."""
 
+DARK = "@media screen and (prefers-color-scheme:dark)"
+"""When an SVG is dark, unless a page says otherwise; paper never is."""
+
 Point = tuple[float, float]
 Colours = tuple[str, str]
 """One colour for light and one for dark surroundings."""
@@ -165,8 +168,13 @@ def _corner(before: Point, point: Point, after: Point, radius: float) -> list[Co
     return [("L", (toward(before),)), ("Q", (point, toward(after)))]
 
 
-def to_svg(drawing: Drawing) -> str:
-    """Return the drawing as an SVG document; wider than a page, it is scaled to fit one."""
+def to_svg(drawing: Drawing, dark: str = DARK) -> str:
+    """Return the drawing as an SVG document; wider than a page, it is scaled to fit one.
+
+    Args:
+        drawing: What is drawn.
+        dark: The CSS rule in which the dark palette stands.
+    """
     scale = min(1.0, PAGE[0] / drawing.width, PAGE[1] / drawing.height)
     width, height = (f"{scale * length:.0f}pt" for length in (drawing.width, drawing.height))
     box = f"0 0 {_number(drawing.width)} {_number(drawing.height)}"
@@ -175,14 +183,14 @@ def to_svg(drawing: Drawing) -> str:
         f' viewBox="{box}" role="img" font-family="{FONTS}">',
         f"<title>{escape(drawing.title)}</title>",
         f"<desc>{escape(drawing.description)}</desc>",
-        f"<style>\n{_css(drawing)}</style>",
+        f"<style>\n{_css(drawing, dark)}</style>",
         *(_svg(item) for item in drawing.items),
         "</svg>",
     ]
     return "\n".join(parts) + "\n"
 
 
-def _css(drawing: Drawing) -> str:
+def _css(drawing: Drawing, when_dark: str) -> str:
     light, dark = [], []
     for name, style in drawing.styles.items():
         shade = [
@@ -197,8 +205,8 @@ def _css(drawing: Drawing) -> str:
             more += f"stroke-dasharray:{' '.join(map(_number, style.dash))};"
         light.append(f".{name}{{{shade[0]}{more}}}\n")
         dark.append(f".{name}{{{shade[1]}}}\n")
-    media = f"@media screen and (prefers-color-scheme:dark){{\n{''.join(dark)}}}\n"
-    return "".join(light) + media + FILLING + drawing.extra_css
+    palette = f"{when_dark}{{\n{''.join(dark)}}}\n"
+    return "".join(light) + palette + FILLING + drawing.extra_css
 
 
 def _svg(item: Item) -> str:

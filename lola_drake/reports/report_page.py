@@ -1,6 +1,5 @@
 """One page about one run, or about several beside each other: to look at, keep and mail."""
 
-import base64
 import re
 from collections.abc import Sequence
 from html import escape
@@ -18,6 +17,9 @@ from lola_drake.view3d.markers import LEGEND, PUSH_LEGEND
 from lola_drake.world import build_simulation
 
 SCRIPTS = ("data.js", "plots.js", "report.js")
+
+DARK = ':root[data-theme="dark"]'
+"""The page is dark because of this, and its diagram with it."""
 
 HEADLINES = {
     "largest inclination φ_x": ("max_inclination_deg.x", "°"),
@@ -171,9 +173,4 @@ def _row(tag: str, cells: list[str]) -> str:
 
 def _diagram(scenario: Scenario) -> str:
     drawing = block_diagram(build_simulation(scenario), system="controller")
-    data = _data(to_svg(drawing).encode())
-    return f'<object type="image/svg+xml" data="{data}" aria-label="controller"></object>'
-
-
-def _data(svg: bytes) -> str:
-    return f"data:image/svg+xml;base64,{base64.b64encode(svg).decode()}"
+    return to_svg(drawing, dark=DARK)

@@ -123,12 +123,18 @@ def test_the_cursor_moves_the_robot(report):
         const moved = before !== document.querySelector(".cursor").style.left;
         byId("play").click();
         await settled(() => now > 2.6);
-        const sky = skyIn(replay.frame.contentWindow);
-        return { place, moved, sky, played: now > 2.6, plots: plots.drawn.length };
+        const sky = () => skyIn(replay.frame.contentWindow);
+        const paper = () => getComputedStyle(document.querySelector(".diagram .page")).fill;
+        const look = [[sky(), paper()]];
+        byId("theme").click();
+        await settled(() => sky() < 60);
+        look.push([sky(), paper()]);
+        return { place, moved, look, played: now > 2.6, plots: plots.drawn.length };
         """,
     )
     assert complaints == []
-    assert answer["moved"] and answer["played"] and answer["plots"] >= 1 and answer["sky"] > 200
+    assert answer["moved"] and answer["played"] and answer["plots"] >= 1
+    assert answer["look"] == [[247, "rgb(255, 255, 255)"], [27, "rgb(13, 17, 23)"]]
     start, end = answer["place"]
     assert start == pytest.approx(0.3, abs=1e-6) and end == pytest.approx(0.3 + 0.75, abs=0.02)
 

@@ -85,7 +85,7 @@ def test_the_report_of_one_run_tells_what_was_run(folder, run):
     page = (folder / "report.html").read_text().replace("<wbr>", "")
     assert "max_inclination_deg.x" in page and f"drake {run.versions['drake']}" in page
     assert re.search(r"<td>duration</td><td>10.0</td><td>4.0</td>", page)
-    assert page.count('<object type="image/svg+xml"') == 1
+    assert page.count("<svg ") == 1
     assert not re.findall(r"""(?:src|href)=["']?https?:""", page)
 
 

@@ -1,11 +1,13 @@
 // The panels, drawn by Plotly when they come into sight; all time axes move together.
-const FEET = ["#0072B2", "#D55E00"], PIECES = 700, ROW = 150;
+const FEET = ["#0072B2", "#D55E00"], PIECES = 700;
+const ROW = { screen: 150, paper: 120 };
 const narrow = () => window.innerWidth < 620;
 const css = name => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
 
 class Plots {
   constructor(shape, place, seek) {
-    Object.assign(this, { shape, place, seek, width: place.clientWidth, range: [0, shape.duration], drawn: [] });
+    Object.assign(this, { shape, place, seek, width: place.clientWidth, range: [0, shape.duration],
+      drawn: [], row: ROW.screen });
     for (const panel of shape.panels) this.add(panel, place);
     const watch = new IntersectionObserver(seen => {
       for (const { target, isIntersecting } of seen)
@@ -73,7 +75,7 @@ class Plots {
 
   height(panel) {
     const rows = Math.ceil(panel.cells.length / this.columns(panel)), [cell] = panel.cells;
-    if (!cell.across) return rows * ROW + 50;
+    if (!cell.across) return rows * this.row + 50;
     if (panel.cells.length > 1) return rows * (narrow() ? 340 : 400);
     const extent = k => {
       const all = cell.outlines.flat().map(point => point[k]);
@@ -85,6 +87,7 @@ class Plots {
   draw(plot) {
     const { traces, layout } = this.figure(plot.panel);
     const config = { displayModeBar: false, responsive: true };
+    plot.style.height = this.height(plot.panel) + "px";
     Plotly.react(plot, traces, layout, config);
     if (this.drawn.includes(plot)) return this.mark(plot);
     this.drawn.push(plot);
@@ -146,7 +149,7 @@ class Plots {
         y: line.map(p => p[1]).concat(line[0][1]), xaxis: `x${id}`, yaxis: `y${id}`, mode: "lines", fill: "toself",
         fillcolor: "rgba(128,140,152,.14)", line: { color: css("--faint"), width: 0.7 }, hoverinfo: "skip" });
       for (const [x, y, text] of cell.notes) layout.annotations.push({ text, x, y, xref: `x${id}`, yref: `y${id}`,
-        showarrow: false, font: { size: 11, color: css("--faint") } });
+        showarrow: false, font: { size: 10, color: css("--faint") } });
       for (const curve of cell.curves) traces.push(this.trace(curve.unpacked(), id, over));
     });
     return { traces, layout };

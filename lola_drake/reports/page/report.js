@@ -89,10 +89,11 @@ function connect() {
   window.addEventListener("beforeprint", () => {
     before = document.documentElement.dataset.theme;
     for (const folded of document.querySelectorAll("details")) folded.open = true;
+    plots.row = ROW.paper;
     theme("light");
     for (const plot of document.querySelectorAll(".plot")) plots.draw(plot);
   });
-  window.addEventListener("afterprint", () => theme(before));
+  window.addEventListener("afterprint", () => { plots.row = ROW.screen; theme(before); });
 }
 
 async function load() {
