@@ -126,7 +126,8 @@ def diagram(
             written = [save_diagram(simulation, path, **options)]
             if depth > max(there := levels(simulation, system), 1):
                 fail(f"--depth {depth}: there are {there} levels to open, all are drawn")
-            if path.suffix == ".svg" and (told := advice(block_diagram(simulation, **options))):
+            drawing = block_diagram(simulation, system=system, depth=depth, logging=logging)
+            if path.suffix == ".svg" and (told := advice(drawing)):
                 typer.echo(told, err=True)
     for path in written:
         print(path)
