@@ -128,7 +128,7 @@ def diagram(
                 fail(f"--depth {depth}: there are {there} levels to open, all are drawn")
             drawing = block_diagram(simulation, system=system, depth=depth, logging=logging)
             if path.suffix == ".svg" and (told := advice(drawing)):
-                typer.echo(told, err=True)
+                fail(f"{path}: {told}")
     for path in written:
         print(path)
 

@@ -136,7 +136,8 @@ def _index(drawings: dict[str, Drawing], blocks: list[Block], link: Link) -> str
     ]
     for name, _, _, caption in _PICTURES:
         title = name.replace("_", " ").capitalize()
-        about = f"{caption} {advice(drawings[name])}".strip()
+        told = advice(drawings[name])
+        about = f"{caption} For paper: {told}." if told else caption
         lines += ["", f"## {title}", "", about, "", f"[![{title}]({name}.svg)]({name}.svg)"]
     lines += ["", "## Every block alone", "", "| block | what it does | equations | source |"]
     lines += ["|---|---|---|---|"]

@@ -40,7 +40,7 @@ def advice(drawing: Drawing) -> str:
     if count == 1:
         return ""
     size = NAME * min(PAGE[0] / drawing.width, PAGE[1] / drawing.height)
-    return f"On one sheet of A4 its names are {size:.1f} pt high; as PDF it takes {count} sheets."
+    return f"on one sheet of A4 its names are {size:.1f} pt high; as PDF it takes {count} sheets"
 
 
 def save_pdf(drawing: Drawing, path: Path) -> None:

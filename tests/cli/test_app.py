@@ -114,16 +114,21 @@ def test_a_progress_bar_has_a_thread_only_where_it_should(thread):
         assert threading.active_count() == before + thread
 
 
+SMALL = "lola: d.svg: on one sheet of A4 its names are "
+
+
 @pytest.mark.parametrize(
     ("options", "told"),
     [
-        (["--depth", "9"], ["lola: --depth 9: there are 2 levels to open, all are drawn"]),
+        (["--depth", "9"], ["lola: --depth 9: there are 2 levels to open, all are drawn", SMALL]),
         (["--depth", "2", "--system", "plant"], ["lola: --depth 2: there are 0 levels to open, "]),
-        (["--depth", "2"], []),
+        (["--depth", "2"], [SMALL]),
         (["--system", "plant"], []),
     ],
 )
-def test_a_diagram_says_when_there_are_no_more_levels(tmp_path, monkeypatch, options, told):
+def test_a_diagram_says_when_there_are_no_more_levels_and_when_its_names_are_small(
+    tmp_path, monkeypatch, options, told
+):
     monkeypatch.chdir(tmp_path)
     done = CliRunner().invoke(app, ["diagram", "stand", "-o", "d.svg", *options])
     assert done.exit_code == 0 and done.stdout == "d.svg\n"

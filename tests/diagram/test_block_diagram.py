@@ -207,4 +207,4 @@ def test_a_block_between_two_sheets_is_whole_on_one_of_them(simulation):
     assert start == 0.0 and end == pytest.approx(drawing.width)
     widest = max(make_box(block).width for block in whole.walk() if not block.children)
     assert middle - again > widest
-    assert advice(drawing).endswith("as PDF it takes 2 sheets.") and not advice(controller)
+    assert advice(drawing).endswith("as PDF it takes 2 sheets") and not advice(controller)
