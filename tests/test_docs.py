@@ -44,7 +44,7 @@ def test_code_of_a_page_runs(page, tmp_path, monkeypatch):
             short(scenario) if isinstance(scenario, str) else scenario, **options
         ),
     )
-    names = {"__name__": "page"}
+    names = {"__name__": "__main__"}
     text = (ROOT / page).read_text(encoding="utf-8")
     blocks = re.findall(r"^```python.*?\n(.*?)^```", text, re.DOTALL | re.MULTILINE)
     assert blocks

@@ -56,9 +56,11 @@ def block_diagram(
         row: Height of a port's row (pt); a live page writes values below the names.
 
     Raises:
-        OutputError: If there is no such system.
+        OutputError: If there is no such system, or it has fewer levels.
     """
     block = _way(read_block(diagram, logging=logging), system)[-1]
+    if depth > max(_levels(block), 1):
+        raise OutputError(f"depth {depth}: {block.name} has no more than {_levels(block)} to open")
     return _draw(block, depth, _linker(folder), row)
 
 
@@ -146,6 +148,10 @@ def _index(drawings: dict[str, Drawing], blocks: list[Block], link: Link) -> str
         source = f"[{Path(link(block)).name}]({link(block)})"
         lines.append(f"| [{block.name}]({block.name}.svg) | {block.doc} | {equations} | {source} |")
     return "\n".join(lines) + "\n"
+
+
+def _levels(block: Block) -> int:
+    return max((1 + _levels(child) for child in block.children), default=0)
 
 
 def _draw(block: Block, depth: int, link: Link, row: float = ROW) -> Drawing:

@@ -3,6 +3,9 @@
 from dataclasses import dataclass
 from html import escape
 
+WIDTH = 80
+"""Columns of a terminal, into which a table fits (characters)."""
+
 
 @dataclass(frozen=True)
 class Table:
@@ -13,10 +16,19 @@ class Table:
     rows: tuple[tuple[str, ...], ...]
 
     def as_text(self) -> str:
-        """Return the table with aligned columns."""
+        """Return the table with aligned columns; one that is too wide comes in parts.
+
+        Each part begins with the first column.
+        """
         lines = [self.header, *self.rows]
-        widths = [max(len(line[k]) for line in lines) for k in range(len(self.header))]
-        texts = ["  ".join(f"{c:{w}}" for c, w in zip(line, widths, strict=True)) for line in lines]
+        first, *others = [_column(cells) for cells in zip(*lines, strict=True)]
+        space = next((n for n in (2, 1) if _width([first, *others], n) <= WIDTH), 2)
+        parts = [[first]]
+        for column in others:
+            if _width([*parts[-1], column], space) > WIDTH:
+                parts.append([first])
+            parts[-1].append(column)
+        texts = [(" " * space).join(cells) for part in parts for cells in zip(*part, strict=True)]
         return "\n".join([self.title, *(f"  {text.rstrip()}" for text in texts)])
 
     def as_html(self) -> str:
@@ -27,3 +39,14 @@ class Table:
 
 def _row(tag: str, cells: tuple[str, ...]) -> str:
     return f"<tr>{''.join(f'<{tag} align=left>{escape(cell)}</{tag}>' for cell in cells)}</tr>"
+
+
+def _column(cells: tuple[str, ...]) -> list[str]:
+    """Return the cells, all as wide as the widest of them."""
+    width = max(map(len, cells))
+    return [cell.ljust(width) for cell in cells]
+
+
+def _width(columns: list[list[str]], space: int) -> int:
+    """Return how wide some columns are, indented and with spaces between them."""
+    return 2 + sum(len(column[0]) + space for column in columns) - space

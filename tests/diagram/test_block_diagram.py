@@ -192,6 +192,14 @@ def test_every_system_can_be_drawn_alone(simulation, tmp_path):
         assert name in path.read_text(encoding="utf-8")
 
 
+def test_more_levels_than_there_are_cannot_be_opened(simulation):
+    for system, levels in ((None, 2), ("controller", 1)):
+        block_diagram(simulation, system=system, depth=levels)
+        with pytest.raises(OutputError, match=f"depth {levels + 1}: .* no more than {levels}"):
+            block_diagram(simulation, system=system, depth=levels + 1)
+    block_diagram(simulation, system="imu", depth=1)
+
+
 def test_names_can_be_read_on_paper_however_large_the_diagram_is(simulation, tmp_path):
     for system, depth, expected in (("controller", 1, 1), (None, 2, 2)):
         count, scale = sheets(block_diagram(simulation, system=system, depth=depth))
