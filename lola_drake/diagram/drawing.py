@@ -18,6 +18,9 @@ FONTS = "'Helvetica Neue',Helvetica,Arial,'DejaVu Sans',sans-serif"
 FILLING = "@media (min-width:1100px){svg:root{width:100%;height:auto;max-height:100vh}}\n"
 """Opened alone it fills a wide window; in a page it has the size of a sheet of paper at most."""
 
+PAPER = "page"
+"""The style of what lies below all; in a window of its own the SVG has it all around, too."""
+
 DARK = "@media screen and (prefers-color-scheme:dark)"
 """When an SVG is dark, unless a page says otherwise; paper never is."""
 
@@ -205,6 +208,9 @@ def _css(drawing: Drawing, when_dark: str) -> str:
             more += f"stroke-dasharray:{' '.join(map(_number, style.dash))};"
         light.append(f".{name}{{{shade[0]}{more}}}\n")
         dark.append(f".{name}{{{shade[1]}}}\n")
+        if name == PAPER and style.fill:
+            light.append(f"svg:root{{background:{style.fill[0]}}}\n")
+            dark.append(f"svg:root{{background:{style.fill[1]}}}\n")
     palette = f"{when_dark}{{\n{''.join(dark)}}}\n"
     return "".join(light) + palette + FILLING + drawing.extra_css
 

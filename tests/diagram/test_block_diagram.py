@@ -135,7 +135,8 @@ def test_blocks_carry_description_equations_and_rate(controller):
 def test_svg_reads_in_light_and_dark_and_links_to_the_sources(simulation, tmp_path):
     path = save_diagram(simulation, tmp_path / "new" / "all.svg", depth=2)
     text = path.read_text()
-    assert "prefers-color-scheme:dark" in text
+    light, dark = text.split("@media screen and (prefers-color-scheme:dark)")
+    assert "svg:root{background:#ffffff}" in light and "svg:root{background:#0d1117}" in dark
     tree = ElementTree.fromstring(text)
     links = {entry.get("href") for entry in tree.iter("{http://www.w3.org/2000/svg}a")}
     sources = {link for link in links if not link.startswith("https://")}
