@@ -23,7 +23,7 @@ from pydrake.systems.framework import (
 )
 
 from lola_drake.diagram.block import Block, End, Net, Port
-from lola_drake.diagram.logs import mark_logs, pruned, wired, without_logs
+from lola_drake.diagram.logs import called_by_sources, mark_logs, pruned, wired, without_logs
 from lola_drake.signals import Signal, signal_of
 
 _LIBRARY_KINDS = {
@@ -73,6 +73,7 @@ def _read(system: System) -> Block:
     if isinstance(system, Diagram):
         nets = _nets(system)
         inside = mark_logs([_read(child) for child in system.GetSystems()], nets)
+        inside, nets = called_by_sources(inside, nets)
         children = tuple(wired(child, nets) for child in inside)
     own = {signal.name: signal for signal in declared.signals} if declared else {}
     inputs = [_port(system.get_input_port(i), own) for i in range(system.num_input_ports())]

@@ -1,6 +1,8 @@
 """Which part of a block diagram is for logs only, and the diagram without it."""
 
-import dataclasses
+import re
+from collections import Counter
+from dataclasses import replace
 
 from lola_drake.diagram.block import Block, Net
 
@@ -12,11 +14,38 @@ def mark_logs(children: list[Block], nets: tuple[Net, ...]) -> list[Block]:
     for net in nets:
         readers.setdefault(net.source[0], set()).update(block for block, _ in net.sinks)
     return [
-        dataclasses.replace(child, kind="logging")
+        replace(child, kind="logging")
         if child.source is None and readers.get(child.name) and readers[child.name] <= logs
         else child
         for child in children
     ]
+
+
+def called_by_sources(
+    children: list[Block], nets: tuple[Net, ...]
+) -> tuple[list[Block], tuple[Net, ...]]:
+    """Call the nameless inputs of logs (u0, u1 …) as the outputs that they read."""
+    logs = {child.name for child in children if child.kind == "logging"}
+    found = {end: _said(*net.source) for net in nets for end in net.sinks if end[0] in logs}
+    taken = Counter((block, name) for (block, _), name in found.items())
+    names = {
+        end: name
+        for end, name in found.items()
+        if re.fullmatch(r"u\d+", end[1]) and taken[end[0], name] == 1
+    }
+
+    def called(child: Block) -> Block:
+        inputs = (replace(p, name=names.get((child.name, p.name), p.name)) for p in child.inputs)
+        return replace(child, inputs=tuple(inputs))
+
+    ends = [tuple((end[0], names.get(end, end[1])) for end in net.sinks) for net in nets]
+    renamed = tuple(replace(net, sinks=sinks) for net, sinks in zip(nets, ends, strict=True))
+    return [called(child) for child in children], renamed
+
+
+def _said(block: str, port: str) -> str:
+    """Return what flows out of a port: its name, or that of its block where it has none."""
+    return block if block and re.fullmatch(r"y\d+", port) else port
 
 
 def wired(child: Block, nets: tuple[Net, ...]) -> Block:
@@ -25,12 +54,10 @@ def wired(child: Block, nets: tuple[Net, ...]) -> Block:
     made = {net.source[1] for net in nets if net.source[0] == child.name}
 
     def marked(ports, used):
-        ports = [dataclasses.replace(port, connected=port.name in used) for port in ports]
+        ports = [replace(port, connected=port.name in used) for port in ports]
         return tuple(port for port in ports if port.connected or child.source is not None)
 
-    return dataclasses.replace(
-        child, inputs=marked(child.inputs, read), outputs=marked(child.outputs, made)
-    )
+    return replace(child, inputs=marked(child.inputs, read), outputs=marked(child.outputs, made))
 
 
 def without_logs(block: Block) -> Block:
@@ -38,7 +65,7 @@ def without_logs(block: Block) -> Block:
     children = [child for child in block.children if child.kind != "logging"]
     kept = {"", *(child.name for child in children)}
     nets = tuple(
-        dataclasses.replace(net, sinks=sinks)
+        replace(net, sinks=sinks)
         for net in block.nets
         if (sinks := tuple(sink for sink in net.sinks if sink[0] in kept))
     )
@@ -49,17 +76,17 @@ def without_logs(block: Block) -> Block:
         else child
         for child in children
     ]
-    return dataclasses.replace(block, children=tuple(children), nets=nets)
+    return replace(block, children=tuple(children), nets=nets)
 
 
 def pruned(block: Block, unused: set[str]) -> Block:
     """Return the diagram without some of its outputs."""
     nets = tuple(
-        dataclasses.replace(net, sinks=sinks)
+        replace(net, sinks=sinks)
         for net in block.nets
         if (sinks := tuple(s for s in net.sinks if s[0] or s[1] not in unused))
     )
-    return dataclasses.replace(
+    return replace(
         block,
         outputs=tuple(port for port in block.outputs if port.name not in unused),
         children=tuple(wired(child, nets) for child in block.children),

@@ -193,6 +193,15 @@ def test_every_system_can_be_drawn_alone(simulation, tmp_path):
         assert name in path.read_text(encoding="utf-8")
 
 
+def test_inputs_of_a_log_are_called_as_what_they_record(simulation):
+    log = read_block(simulation, logging=True).child("log_multiplexer")
+    names = [port.name for port in log.inputs]
+    assert {"state", "contact", "desired_wrench", "walk_command"} <= set(names) and len(
+        set(names)
+    ) == len(names)
+    assert not [name for name in names if re.fullmatch(r"[uy]\d+", name)]
+
+
 def test_more_levels_than_there_are_cannot_be_opened(simulation):
     for system, levels in ((None, 2), ("controller", 1)):
         block_diagram(simulation, system=system, depth=levels)
