@@ -8,6 +8,7 @@ from matplotlib.colors import LogNorm, Normalize
 from lola_drake.linear.frequency import zeros
 from lola_drake.linear.presentation.look import COLOURS, FAINT, INK, LIMIT, MAP
 from lola_drake.linear.studies.analyses import Analysis, Locus
+from lola_drake.scenario_keys import settings
 
 WINDOW = (-160.0, 12.0, 0.0, 45.0)
 """Part of the s-plane that is shown: real part (1/s) and frequency (Hz)."""
@@ -46,7 +47,8 @@ def draw_s_plane(axes: Axes, analysis: Analysis) -> None:
             axes.plot(*_slow(z, dt), "o", ms=3.5, mew=0, color=shade)
             if np.isclose(value, locus.nominal):
                 axes.plot(*_slow(z, dt), "o", mfc="none", color=INK, ms=6, mew=0.7)
-        bar = axes.figure.colorbar(colours, ax=axes, label=locus.key, pad=0.01)
+        label = f"{locus.key} ({settings(locus.key)[0].unit})"
+        bar = axes.figure.colorbar(colours, ax=axes, label=label, pad=0.01)
         bar.set_ticks(locus.values, labels=[f"{value:g}" for value in locus.values])
         bar.ax.minorticks_off()
     low, high, bottom, top = WINDOW

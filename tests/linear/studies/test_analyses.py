@@ -1,6 +1,7 @@
 """Named analyses, their texts, numbers and pictures, and the commands."""
 
 import json
+from dataclasses import replace
 
 import control
 import numpy as np
@@ -14,6 +15,7 @@ from lola_drake.linear.presentation.analysis_figures import analysis_figure
 from lola_drake.linear.presentation.report import as_numbers, report
 from lola_drake.linear.studies import measured_steps as measured_steps_module
 from lola_drake.linear.studies.analyses import (
+    Locus,
     analyse,
     open_at,
     part,
@@ -93,6 +95,13 @@ def test_the_picture_shows_every_pole(stabilizer):
     plane = analysis_figure(stabilizer).axes[2]
     drawn = next(line for line in plane.lines if "poles" in line.get_label())
     assert len(drawn.get_xdata()) == len(stabilizer.poles)
+
+
+def test_a_root_locus_says_over_what_and_its_unit(stabilizer):
+    poles = np.array([pole.z for pole in stabilizer.poles])
+    locus = Locus("control.force.time_constant", (0.01, 0.02), (poles, poles), 0.02)
+    labels = [ax.get_ylabel() for ax in analysis_figure(replace(stabilizer, locus=locus)).axes]
+    assert "control.force.time_constant (s)" in labels
 
 
 def test_a_step_response_starts_with_the_direct_part():
