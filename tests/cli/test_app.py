@@ -1,6 +1,7 @@
 """The `lola` command, with a stand-in for the simulation."""
 
 import json
+import re
 import subprocess
 import sys
 import threading
@@ -112,6 +113,29 @@ def test_a_progress_bar_has_a_thread_only_where_it_should(thread):
     with progress_bar("walk", 2.0, thread=thread) as advance:
         advance(1.0)
         assert threading.active_count() == before + thread
+
+
+def test_the_version_is_that_of_the_package(lola):
+    done = lola("--version")
+    assert (done.exit_code, done.stderr) == (0, "")
+    assert re.fullmatch(r"lola_drake(, not installed| \d+\.\d+.*)\n", done.stdout)
+
+
+def test_there_is_completion_for_shells(lola):
+    assert {"--install-completion", "--show-completion"} <= set(lola("--help").stdout.split())
+
+
+def test_the_seed_of_a_comparison_is_that_of_its_runs(lola):
+    assert lola("compare", "stand", "--jobs", "1", "--no-pictures", "--seed", "11").exit_code == 0
+    assert [load_result(f"runs/compare_stand/{v}").scenario.seed for v in ("ref", "dyn")] == [
+        11
+    ] * 2
+
+
+def test_a_diagram_is_that_of_a_changed_scenario(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    done = CliRunner().invoke(app, ["diagram", "--set", "control.law=two_dof", "--depth", "2"])
+    assert done.exit_code == 0 and "TwoDof" in (tmp_path / "simulation.svg").read_text()
 
 
 SMALL = "lola: d.svg: on one sheet of A4 its names are "

@@ -121,6 +121,50 @@ def test_a_wrong_option_is_one_line(lola, tmp_path, arguments, message):
     assert message in refused(lola(*arguments), tmp_path)
 
 
+@pytest.mark.parametrize("command", [["simulate", "stand", "--meshcat"], ["walk"]])
+def test_a_host_that_is_not_here_is_one_line(lola, tmp_path, command):
+    line = refused(lola(*command, "--host", "8.8.8.8"), tmp_path)
+    assert "no page can be shown at '8.8.8.8'" in line and not lola.runs
+
+
+@pytest.mark.parametrize("rate", ["400", "0", "nan", "1001"])
+def test_a_rate_that_the_record_does_not_have_is_one_line(make_result, tmp_path, rate):
+    folder = make_result(steps=0).save(tmp_path / "deep" / "run")
+    command = ["export", str(folder), "--mcap", "--rate", rate]
+    done = CliRunner().invoke(app, command)
+    assert done.exit_code == 2 and len(done.stderr.splitlines()) == 1 and not done.stdout
+    allowed = "there are 1000, 500" if rate == "400" else "Input should be"
+    assert "rate" in done.stderr and allowed in done.stderr
+    assert sorted(path.suffix for path in folder.iterdir()) == [".h5", ".json", ".yaml"]
+
+
+@pytest.mark.parametrize(
+    "damage",
+    [
+        ("signals.h5", b""),
+        ("signals.h5", b"\x89HDF\r\n\x1a\n" + bytes(500)),
+        ("summary.json", b"[]"),
+        ("summary.json", b'{"completed": true, "fall_time_s": "soon"}'),
+        ("scenario.yaml", b"duration: 1:30"),
+    ],
+)
+@pytest.mark.parametrize("command", [["report"], ["export", "--mcap"]])
+def test_a_damaged_record_is_one_line_and_nothing_is_written(
+    make_result, monkeypatch, tmp_path, command, damage
+):
+    folder = make_result(steps=0).save(tmp_path / "run")
+    monkeypatch.chdir(tmp_path)
+    name, content = damage
+    (folder / name).write_bytes(content)
+    done = CliRunner().invoke(app, [command[0], "run", *command[1:]])
+    (line,) = done.stderr.splitlines()
+    assert done.exit_code == 2 and not done.stdout
+    assert line.startswith("lola: run: cannot be read, ") and len(line) <= 200
+    assert [path.name for path in tmp_path.iterdir()] == ["run"] and len(
+        list(folder.iterdir())
+    ) == 3
+
+
 def test_an_empty_file_is_the_scenario_of_all_defaults(lola, tmp_path):
     (tmp_path / "my.yaml").write_text("# nothing\n")
     assert lola("simulate", "my.yaml").exit_code == 0
