@@ -194,7 +194,8 @@ def run(count: int, seed: int) -> None:
         scenario = valid_scenario(np.random.default_rng(number))
         try:
             result = simulate(scenario)
-            fine = result.error is None and all(map(np.isfinite, numbers(result.summary)))
+            fine = result.completed or result.fall_time is not None
+            fine = fine and all(map(np.isfinite, numbers(result.summary)))
             end = result.end
         except Exception as error:
             fine, end = False, f"{type(error).__name__}: {error}"

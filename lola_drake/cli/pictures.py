@@ -103,7 +103,6 @@ def diagram(
     from lola_drake.atomic_file import check_file
     from lola_drake.diagram.block_diagram import (
         block_diagram,
-        levels,
         save_diagram,
         write_all,
     )
@@ -124,8 +123,6 @@ def diagram(
             simulation = build_simulation(load_scenario(scenario, changed(changes, blocks)))
             options = {"system": system, "depth": depth, "logging": logging}
             written = [save_diagram(simulation, path, **options)]
-            if depth > max(there := levels(simulation, system), 1):
-                fail(f"--depth {depth}: there are {there} levels to open, all are drawn")
             drawing = block_diagram(simulation, system=system, depth=depth, logging=logging)
             if path.suffix == ".svg" and (told := advice(drawing)):
                 fail(f"{path}: {told}")

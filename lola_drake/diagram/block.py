@@ -77,11 +77,6 @@ class Block:
         """Return the block of that name inside."""
         return next(child for child in self.children if child.name == name)
 
-    @property
-    def levels(self) -> int:
-        """Return how many levels there are to open; 0 for a block without any inside."""
-        return 1 + max(child.levels for child in self.children) if self.children else 0
-
     def walk(self) -> Iterator["Block"]:
         """Return this block and all that are inside."""
         yield self

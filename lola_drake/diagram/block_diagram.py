@@ -49,7 +49,7 @@ def block_diagram(
         diagram: Of Drake, for example from `build_simulation`.
         system: The name of a system somewhere inside; None for the whole.
         depth: How many levels to open; 0, or a system without any inside, is drawn alone with
-            all that flows at its ports. More than there are (see `levels`) are all.
+            all that flows at its ports.
         logging: Whether to show the logs and what only they read.
         folder: Where the picture will lie; links to the source files start there. None for no
             links.
@@ -62,15 +62,6 @@ def block_diagram(
     if depth > max(_levels(block), 1):
         raise OutputError(f"depth {depth}: {block.name} has no more than {_levels(block)} to open")
     return _draw(block, depth, _linker(folder), row)
-
-
-def levels(diagram: Diagram, system: str | None = None) -> int:
-    """Return how many levels of a diagram, or of one system in it, there are to open.
-
-    Raises:
-        OutputError: If there is no such system.
-    """
-    return _way(read_block(diagram), system)[-1].levels
 
 
 def save_diagram(diagram: Diagram, path: str | Path, **options) -> Path:

@@ -142,19 +142,20 @@ SMALL = "lola: d.svg: on one sheet of A4 its names are "
 
 
 @pytest.mark.parametrize(
-    ("options", "told"),
+    ("options", "code", "told"),
     [
-        (["--depth", "9"], ["lola: --depth 9: there are 2 levels to open, all are drawn", SMALL]),
-        (["--depth", "2", "--system", "plant"], ["lola: --depth 2: there are 0 levels to open, "]),
-        (["--depth", "2"], [SMALL]),
-        (["--system", "plant"], []),
+        (["--depth", "9"], 2, ["lola: depth 9: lola has no more than 2 to open"]),
+        (["--depth", "2", "--system", "plant"], 2, ["lola: depth 2: plant has no more than 0 to "]),
+        (["--depth", "2"], 0, [SMALL]),
+        (["--system", "plant"], 0, []),
     ],
 )
 def test_a_diagram_says_when_there_are_no_more_levels_and_when_its_names_are_small(
-    tmp_path, monkeypatch, options, told
+    tmp_path, monkeypatch, options, code, told
 ):
     monkeypatch.chdir(tmp_path)
     done = CliRunner().invoke(app, ["diagram", "stand", "-o", "d.svg", *options])
-    assert done.exit_code == 0 and done.stdout == "d.svg\n"
+    assert done.exit_code == code and done.stdout == ("" if code else "d.svg\n")
+    assert [path.name for path in tmp_path.iterdir()] == ([] if code else ["d.svg"])
     lines = done.stderr.splitlines()
     assert len(lines) == len(told) and all(map(str.startswith, lines, told)), lines
