@@ -160,6 +160,7 @@ class Scenario:
         if self.pattern.height_adaptation and self.active_control().law == PREDECESSOR:
             key, allowed = "pattern.height_adaptation", f"false with the law {PREDECESSOR}"
             raise ParameterError(key, True, allowed)
+        self._check_servos()
         width = self.pattern.step_width
         check_start(self.start, width, self.terrain)
         check_steps(self.walk.steps)
@@ -176,6 +177,15 @@ class Scenario:
         for name in SWITCHES:
             if getattr(self.control.force, name):
                 raise ParameterError(f"control.force.{name}", True, "false in the variant original")
+
+    def _check_servos(self) -> None:
+        """Raise ParameterError where the servos as they are would have gains that they cannot have."""
+        try:
+            self.real_servos()
+        except ParameterError as error:
+            allowed = f"such that control.servos.position_gain times it is {error.allowed}"
+            key, factor = "model_errors.servo_gain", self.model_errors.servo_gain
+            raise ParameterError(key, factor, allowed) from None
 
     def active_sensors(self) -> Sensors:
         """Return what the sensors run with: where they are ideal, nothing disturbs them."""

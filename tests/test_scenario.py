@@ -148,6 +148,14 @@ def test_overrides_are_checked_together():
     assert override(command, differences(steps, command)) == steps
 
 
+def test_servos_are_refused_that_are_too_stiff_only_with_their_error():
+    stiff = {"control.servos.position_gain": 300.0}
+    assert override(Scenario(), stiff | {"model_errors.servo_gain": 1.5}).real_servos()
+    allowed = "such that control.servos.position_gain times it is a number >= 1 and <= 500"
+    with pytest.raises(ScenarioError, match=f"model_errors.servo_gain: 2.0 .* {allowed}"):
+        override(Scenario(), stiff | {"model_errors.servo_gain": 2.0})
+
+
 def test_ref_is_the_gain_zero():
     scenario = override(Scenario(), {"control.com_dynamics.gain": 0.8, "variant": "ref"})
     assert scenario.active_control().com_dynamics.gain == 0.0
