@@ -179,7 +179,7 @@ class Scenario:
                 raise ParameterError(f"control.force.{name}", True, "false in the variant original")
 
     def _check_servos(self) -> None:
-        """Raise ParameterError where the servos as they are would have gains that they cannot have."""
+        """Raise ParameterError where the error of the servos makes them too stiff or too soft."""
         try:
             self.real_servos()
         except ParameterError as error:
