@@ -149,6 +149,26 @@ def test_the_table_of_the_experiments_is_their_record():
             assert falls(record) in row
 
 
+def test_the_table_of_a_thousand_worlds_is_its_record():
+    section = text_of("docs/experiments.md").split("\n## In 1000 worlds\n")[1].split("\n## ")[0]
+    rows = [row.strip("| ").split(" | ") for row in section.splitlines() if row.startswith("| `")]
+    found = {(row[0].strip("`"), row[1]): row[2:] for row in rows}
+    record = json.loads(text_of("docs/experiments/thousand_worlds.json"))["scenarios"]
+    wanted = {}
+    for name, scenario in record.items():
+        for variant, said in scenario["variants"].items():
+            metric = said["metric"]
+            low, high = metric["interval_95"]
+            inclined = f"{metric['median']:.2f}° ({low:.2f} … {high:.2f})"
+            wanted[name, variant] = [str(scenario["worlds"]), str(said["falls"]), inclined]
+            assert said["failures"] == 0
+    assert found == wanted
+    change = record["step_down"]["change_percent"]
+    low, high = map(percent, change["quartiles"])
+    assert f"{percent(change['median'])} % in the median of the 1000 pairs" in section
+    assert f"(quartiles {low} … {high})" in section
+
+
 def test_the_table_of_engines_is_its_records():
     records = {"Drake": recorded("reproduction_20"), "MuJoCo": MUJOCO}
     table = sections("docs/experiments.md")["in-another-engine"].splitlines()
