@@ -71,8 +71,8 @@ def studying(
         what: is counted.
         total: how much there is to do.
     """
+    from lola_drake import workers
     from lola_drake.studies import cluster as on_cluster
-    from lola_drake.studies import workers
     from lola_drake.studies.study import FILE, Study
 
     with errors_in_one_line():

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 from lola_drake.atomic_file import reason
 from lola_drake.errors import LolaError, short
-from lola_drake.studies.workers import TRIES, Done, WorkerLost
+from lola_drake.workers import TRIES, Done, WorkerLost
 
 if TYPE_CHECKING:
     from distributed import Client

@@ -7,7 +7,7 @@ a summary for each, in the same order:
     from lola_drake.studies.row import survived
     from lola_drake.studies.sampled_worlds import sample_world
     from lola_drake.studies.study import Study
-    from lola_drake.studies.workers import Processes
+    from lola_drake.workers import Processes
 
     worlds = [sample_world(load_scenario("step_down"), seed) for seed in range(100)]
     study = Study("runs/edges/runs.sqlite", Processes(2))
@@ -36,7 +36,7 @@ from lola_drake.studies.old_lines import take_over
 from lola_drake.studies.row import Summary, row_of, without_record
 from lola_drake.studies.run_key import run_key
 from lola_drake.studies.store import Store
-from lola_drake.studies.workers import Processes, WorkerLost, Workers
+from lola_drake.workers import Processes, WorkerLost, Workers
 
 FILE = "runs.sqlite"
 """How the file of a study is called in its folder."""

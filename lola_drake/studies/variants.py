@@ -12,7 +12,7 @@ from lola_drake.record import RecordedSignals
 from lola_drake.results import Result
 from lola_drake.scenario import Scenario, ScenarioError, as_scenario, override
 from lola_drake.studies.row import Summary, survived
-from lola_drake.studies.workers import Processes, inline
+from lola_drake.workers import Processes, inline
 
 COMPARISON = "compare.json"
 COMPARISON_FILES = frozenset({COMPARISON})

@@ -13,7 +13,7 @@ from lola_drake.interruption import HEARD
 from lola_drake.reports import run_report
 from lola_drake.results import load_result
 from lola_drake.studies import tuning
-from lola_drake.studies.workers import inline
+from lola_drake.workers import inline
 
 
 @pytest.fixture
@@ -39,7 +39,7 @@ def lola(make_result, monkeypatch, tmp_path):
     monkeypatch.setattr(run_report, "packed_replay", lambda *results: "a replay")
     module = types.SimpleNamespace(simulate=simulate)
     monkeypatch.setitem(sys.modules, "lola_drake.simulation", module)
-    monkeypatch.setattr("lola_drake.studies.workers.Processes", lambda jobs: inline)
+    monkeypatch.setattr("lola_drake.workers.Processes", lambda jobs: inline)
 
     def run(*arguments):
         return CliRunner().invoke(app, [*arguments, "--jobs", "1"])

@@ -15,7 +15,7 @@ from working import wait_for_end
 from lola_drake.scenario import load_scenario  # noqa: F401  # for SCENARIOS
 from lola_drake.studies.store import Store
 from lola_drake.studies.study import Study
-from lola_drake.studies.workers import inline
+from lola_drake.workers import inline
 
 SCENARIOS = '[load_scenario("stand", {"seed": k, "duration": 0.3}) for k in range(6)]'
 
@@ -23,7 +23,7 @@ STUDY = f"""
 import sys
 from lola_drake.scenario import load_scenario
 from lola_drake.studies.study import Study
-from lola_drake.studies.workers import Processes
+from lola_drake.workers import Processes
 
 study = Study(sys.argv[1], Processes(2))
 study.run({SCENARIOS}, lambda done: print(done, flush=True))

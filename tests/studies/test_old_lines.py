@@ -11,7 +11,7 @@ from lola_drake.results import ResultError
 from lola_drake.scenario import Scenario, differences, dump_scenario
 from lola_drake.studies.run_key import software_digest
 from lola_drake.studies.study import Study
-from lola_drake.studies.workers import inline
+from lola_drake.workers import inline
 
 
 def line(scenario, summary, software):

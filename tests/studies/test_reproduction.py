@@ -11,7 +11,7 @@ from lola_drake.scenario import Scenario, ScenarioError, differences, override
 from lola_drake.studies.reproduction import EXPERIMENTS, Outcome, reproduction, run_experiments
 from lola_drake.studies.study import Study
 from lola_drake.studies.variants import COMPARED, change_percent, compare, comparison
-from lola_drake.studies.workers import inline
+from lola_drake.workers import inline
 
 
 def summary(**changes):

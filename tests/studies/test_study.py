@@ -12,7 +12,7 @@ from lola_drake.studies import run_key as run_key_module
 from lola_drake.studies.row import survived
 from lola_drake.studies.run_key import run_key
 from lola_drake.studies.study import Study
-from lola_drake.studies.workers import Done, WorkerLost, inline
+from lola_drake.workers import Done, WorkerLost, inline
 
 
 @pytest.fixture

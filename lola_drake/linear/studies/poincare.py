@@ -18,10 +18,10 @@ the derivative is that between the jumps.
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 import scipy.linalg
-from joblib import Parallel, delayed
 from pydrake.systems.framework import Context, Diagram
 
 from lola_drake.linear.coordinates import Coordinates
@@ -40,6 +40,7 @@ from lola_drake.linear.text_table import Table
 from lola_drake.linear.tick_loop import TickLoop
 from lola_drake.scenario import Scenario
 from lola_drake.signals import PERIOD
+from lola_drake.workers import in_order
 
 TRIED = (1e-4, 1e-5, 3e-6, 1e-6)
 """Steps among which the convergence check chooses, relative to what is a lot."""
@@ -174,7 +175,7 @@ def stride_map(
         scenario: walks straight or in a curve with equal steps; its first group of steps is what
             it does without end.
         jobs: number of processes.
-        done: called with the number of finished runs, and of all.
+        done: called with the number of finished batches of runs, and of all.
 
     Raises:
         AnalysisError: if the scenario does not walk, or the robot falls before its gait has
@@ -253,22 +254,13 @@ def fly(
         section: where the stride begins.
         motions: one per row, relative to what is a lot; shape (k, n).
         jobs: number of processes.
-        done: called with the number of finished runs, and of all.
+        done: called with the number of finished batches of runs, and of all.
 
     Returns:
         One column per motion, relative to what is a lot; shape (n, k).
     """
     batches = np.array_split(motions, max(1, min(len(motions), 8 * jobs)))
-    columns, finished = [], 0
-    runs = Parallel(n_jobs=jobs, return_as="generator")(
-        delayed(_fly_batch)(section, batch) for batch in batches
-    )
-    for batch, result in zip(batches, runs, strict=True):
-        columns.append(result)
-        finished += len(batch)
-        if done:
-            done(finished, len(motions))
-    return np.vstack(columns).T
+    return np.vstack(in_order(jobs, partial(_fly_batch, section), batches, done)).T
 
 
 def _fly_batch(section: Section, motions: np.ndarray) -> np.ndarray:

@@ -6,7 +6,6 @@ from functools import partial
 
 import control
 import numpy as np
-from joblib import Parallel, delayed
 
 from lola_drake.linear.errors import AnalysisError
 from lola_drake.linear.linearize import essential
@@ -19,6 +18,7 @@ from lola_drake.linear.studies.workpoint import Workpoint, make_workpoint
 from lola_drake.linear.text_table import Table
 from lola_drake.scenario import Scenario, override
 from lola_drake.signals import PERIOD
+from lola_drake.workers import in_order
 
 LOOP = "measured_wrench"
 """Where the loop is opened for the margin."""
@@ -159,15 +159,8 @@ def stability_map(
         raise AnalysisError(f"a map needs a pose, where the robot rests: {at} is none")
     free = DELTA not in (kind.x.key, kind.y.key)
     compared = dict(SETTINGS) if free else {}
-    found = Parallel(n_jobs=jobs, return_as="generator")(
-        delayed(_row)(kind, *_with(kind.y.key, y, scenario, torso), at, compared)
-        for y in kind.y.values
-    )
-    rows = []
-    for row in found:
-        rows.append(row)
-        if done:
-            done(len(rows), len(kind.y.values))
+    settings = [_with(kind.y.key, y, scenario, torso) for y in kind.y.values]
+    rows = in_order(jobs, partial(_row, kind, at, compared), settings, done)
     rates, disk, others, spans = zip(*rows, strict=True)
     return StabilityMap(
         kind,
@@ -218,12 +211,12 @@ def _with(
 
 def _row(
     kind: MapKind,
-    scenario: Scenario,
-    torso: FlexibleTorso | None,
     at: str,
     compared: dict[str, dict[str, float]],
+    setting: tuple[Scenario, FlexibleTorso | None],
 ) -> tuple[list, list, dict[str, list], dict[str, list]]:
     """Return rates and disk margins over x, the rates with other settings, and stable spans."""
+    scenario, torso = setting
     try:
         workpoint = make_workpoint(scenario, at, _SIGNALS, _SIGNALS)
     except AnalysisError:

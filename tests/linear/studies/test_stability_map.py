@@ -82,7 +82,7 @@ def test_a_map_says_where_it_is_stable():
         Axis(GAIN, (0.0, 1.0), "g_a"),
         "stand",
     )
-    result = stability_map(kind, lola.load_scenario("stand"), jobs=1)
+    result = stability_map(kind, lola.load_scenario("stand"), jobs=2)
     assert (result.growth[:, 0] > 0).all()
     assert (result.growth[:, 1] < 0).all()
     assert (result.disk[:, 0] == 0).all()

@@ -79,9 +79,11 @@ class Processes:
 
     Attributes:
         jobs: how many processes.
+        patience: how long what is under way may take to its end after Ctrl-C (s).
     """
 
     jobs: int = 2
+    patience: float = PATIENCE
 
     def __call__(self, function: Callable, items: Sequence) -> Iterator[Done]:
         """Give what is done as it comes, see `Workers`."""
@@ -89,17 +91,45 @@ class Processes:
         try:
             yield from pool.answers(len(items))
         except KeyboardInterrupt:
-            yield from pool.stopped()
+            yield from pool.stopped(self.patience)
             raise
         finally:
             pool.end()
+
+
+def in_order(
+    jobs: int,
+    function: Callable[[Any], Any],
+    items: Sequence,
+    done: Callable[[int, int], None] | None = None,
+) -> list:
+    """Return a function's answers in the order of its items, for computations that keep no record.
+
+    Args:
+        jobs: number of processes; one alone does it in this process.
+        function: one of a module, or a partial of one.
+        items: what it is called with.
+        done: called with the number of finished items, and of all.
+
+    Raises:
+        WorkerLost: if the process of an item was ended from outside again and again.
+    """
+    workers = Processes(jobs, patience=0.0) if jobs > 1 else inline
+    answers: list[Any] = [None] * len(items)
+    for count, one in enumerate(workers(function, items), 1):
+        if isinstance(one.answer, WorkerLost):
+            raise one.answer
+        answers[one.index] = one.answer
+        if done:
+            done(count, len(items))
+    return answers
 
 
 class _Worker:
     """A process, and the pipes to it."""
 
     def __init__(self):
-        command = [sys.executable, "-m", "lola_drake.studies.worker"]
+        command = [sys.executable, "-m", "lola_drake.worker"]
         # It finds what this process finds, wherever that has been looked for.
         environment = os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
         pipe = subprocess.PIPE
@@ -194,13 +224,13 @@ class _Pool:
                 raise done
             yield done
 
-    def stopped(self) -> Iterator[Done]:
+    def stopped(self, patience: float) -> Iterator[Done]:
         """Take no more items, and give what is under way, as far as it has come."""
         self._stop()
         for worker in self._workers:
             worker.stop_run()
         for thread in self._threads:
-            thread.join(PATIENCE)
+            thread.join(patience)
         while not self._done.empty():
             done = self._done.get()
             if isinstance(done, Done) and not isinstance(done.answer, WorkerLost):

@@ -21,9 +21,9 @@ from working import (
     wait_for_end,
 )
 
+from lola_drake import workers
 from lola_drake.errors import LolaError
-from lola_drake.studies import workers
-from lola_drake.studies.workers import TRIES, Processes, WorkerLost, inline
+from lola_drake.workers import TRIES, Processes, WorkerLost, in_order, inline
 
 
 def answers(crew, function, items):
@@ -50,6 +50,18 @@ def test_a_process_that_dies_again_and_again_takes_no_other_item_along():
     assert isinstance(lost.answer, WorkerLost) and lost.tries == TRIES
     assert str(lost.answer) == "its process was ended from outside, 3 times"
     assert {i: done.answer for i, done in found.items()} == {0: 1, 2: 3, 3: 4}
+
+
+@pytest.mark.parametrize("jobs", [1, 2])
+def test_answers_that_are_wanted_as_a_whole_come_in_the_order_of_their_items(jobs):
+    heard = []
+    found = in_order(jobs, squared, [3, 1, 2], lambda count, of: heard.append((count, of)))
+    assert found == [9, 1, 4] and heard == [(1, 3), (2, 3), (3, 3)]
+
+
+def test_a_whole_of_which_a_part_is_lost_is_none():
+    with pytest.raises(WorkerLost):
+        in_order(2, killed_at_two, [1, 2, 3])
 
 
 @pytest.mark.parametrize("function", [killed_at_first, asked_at_first])
@@ -103,7 +115,7 @@ def test_after_an_interruption_what_is_under_way_is_given(tmp_path):
 def test_a_process_ends_with_the_one_that_started_it(tmp_path):
     code = (
         "import os, signal, threading, time, working\n"
-        "from lola_drake.studies import workers\n"
+        "from lola_drake import workers\n"
         "made = []\n"
         "first = workers._Worker.__init__\n"
         "def noted(self):\n"
@@ -126,7 +138,7 @@ def test_a_process_ends_with_the_one_that_started_it(tmp_path):
 
 
 def test_a_process_makes_room_for_another_before_it_grows(monkeypatch):
-    monkeypatch.setattr("lola_drake.studies.workers.RUNS", 3)
+    monkeypatch.setattr("lola_drake.workers.RUNS", 3)
     pids = list(answers(Processes(2), process_of, range(12)).values())
     assert os.getpid() not in pids
     assert max(pids.count(pid) for pid in pids) <= 3
