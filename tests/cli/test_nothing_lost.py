@@ -124,8 +124,9 @@ def test_nothing_is_replaced_without_force(lola, make_result, monkeypatch, argum
     module.write_report = None
     sys.modules["lola_drake.simulation"].build_simulation = None
     monkeypatch.setitem(sys.modules, "lola_drake.view3d.video", types.SimpleNamespace(save_video=0))
-    block_diagram = types.SimpleNamespace(save_diagram=None, write_all=None)
-    monkeypatch.setitem(sys.modules, "lola_drake.diagram.block_diagram", block_diagram)
+    drawing = dict.fromkeys(("block_diagram", "save_diagram", "write_all"))
+    stand_in = types.SimpleNamespace(**drawing)
+    monkeypatch.setitem(sys.modules, "lola_drake.diagram.block_diagram", stand_in)
     for bench in ("bench", "bench_tables"):
         names = {"bench": None, "bench_table": None, "mujoco_tables": None, "scaling_table": None}
         stand_in = types.SimpleNamespace(**names)
