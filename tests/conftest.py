@@ -4,6 +4,8 @@ import lola_drake  # noqa: F401  # before numpy: it says how many threads that u
 
 # isort: split
 
+import signal
+
 import numpy as np
 import pytest
 from hypothesis import settings
@@ -15,6 +17,9 @@ from lola_drake.signals import FEET, GAIT_PHASE, GROUND_FORCE
 # No test times anything, and a failure found once is found again.
 settings.register_profile("lola", deadline=None, derandomize=True, max_examples=50)
 settings.load_profile("lola")
+
+# A shell starts what runs in its background deaf to Ctrl-C, which some tests send.
+signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 @pytest.fixture(scope="session")
