@@ -1,6 +1,7 @@
 """The commands of `lola` for linear analysis: models, stability maps, the gait's own stability."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -105,9 +106,10 @@ def map_(
     from lola_drake.linear.studies.stability_map import stability_map
     from lola_drake.scenario import load_scenario
 
-    if not torso and (torso_damping, torso_share) != (0.05, 1.0):
+    asked = FlexibleTorso(damping=torso_damping, share=torso_share)
+    if not torso and asked != FlexibleTorso():
         raise typer.BadParameter("--torso-damping and --torso-share are those of a --torso HZ")
-    mode = FlexibleTorso(torso, torso_damping, torso_share) if torso else None
+    mode = replace(asked, frequency=torso) if torso else None
     with errors_in_one_line():
         kind, chosen = map_kind(name), load_scenario(scenario, changes or [])
         file = f"map_{name}_flexible" if mode and name != "torso" else f"map_{name}"

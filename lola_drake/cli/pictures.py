@@ -123,8 +123,7 @@ def diagram(
             simulation = build_simulation(load_scenario(scenario, changed(changes, blocks)))
             options = {"system": system, "depth": depth, "logging": logging}
             written = [save_diagram(simulation, path, **options)]
-            drawing = block_diagram(simulation, system=system, depth=depth, logging=logging)
-            if path.suffix == ".svg" and (told := advice(drawing)):
+            if path.suffix == ".svg" and (told := advice(block_diagram(simulation, **options))):
                 fail(f"{path}: {told}")
     for path in written:
         print(path)
