@@ -1,7 +1,7 @@
 """The commands of `lola` that show something: diagrams, reports, films, the live robot, exports."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -121,7 +121,7 @@ def diagram(
         else:
             path = check_file(output or Path(f"{system or 'simulation'}.svg"), force=force)
             simulation = build_simulation(load_scenario(scenario, changed(changes, blocks)))
-            options = {"system": system, "depth": depth, "logging": logging}
+            options: dict[str, Any] = {"system": system, "depth": depth, "logging": logging}
             written = [save_diagram(simulation, path, **options)]
             if path.suffix == ".svg" and (told := advice(block_diagram(simulation, **options))):
                 fail(f"{path}: {told}")
