@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from lola_drake.cli.common import MOST, Json, drawn, errors_in_one_line
+from lola_drake.cli.common import MOST, Changes, Json, drawn, errors_in_one_line
 from lola_drake.cli.studying import Cluster, Folder, Jobs, conclude, studying
 
 app = typer.Typer()
@@ -19,6 +19,11 @@ def evaluate(
         int | None,
         typer.Option(min=1, max=MOST, help="At every size of a trial: 10, or 4 if quick."),
     ] = None,
+    trial: Annotated[
+        list[str] | None,
+        typer.Option(help="Only trials whose title begins so, such as push; may be repeated."),
+    ] = None,
+    changes: Changes = None,
     against: Annotated[
         list[Path] | None,
         typer.Option(help="evaluation.json of another law; may be repeated. Else those kept."),
@@ -37,19 +42,21 @@ def evaluate(
     from lola_drake.paths import arena_records
     from lola_drake.reports.evaluation_page import evaluation_page
     from lola_drake.studies.arena import QUICK, TRIALS
-    from lola_drake.studies.evaluation import VARIANTS, law_name, law_settings
+    from lola_drake.studies.evaluation import VARIANTS, chosen, law_name, law_settings
     from lola_drake.studies.evaluation import evaluate as found
     from lola_drake.studies.ranking import evaluation_table, load_evaluation, with_others
 
+    changed = changes or []
+    whole, count = (QUICK, worlds or 4) if quick else (TRIALS, worlds or 10)
     with errors_in_one_line():
-        law_settings(law)
+        law_settings(law, changed)
+        trials = chosen(whole, trial or [])
         others = [load_evaluation(file) for file in (against or arena_records())]
-    trials, count = (QUICK, worlds or 4) if quick else (TRIALS, worlds or 10)
-    name = law_name(law)
-    folder = output or Path("runs") / f"evaluate_{name}"
-    total = count * len(VARIANTS) * sum(len(trial.sizes) for trial in trials)
+    name = law_name(law, changed)
+    folder = output or Path("runs") / f"evaluate_{law_name(law)}"
+    total = count * len(VARIANTS) * sum(len(each.sizes) for each in trials)
     with studying(folder, jobs, cluster, name, total) as (study, advance):
-        content = found(law, study, count, advance, trials)
+        content = found(law, study, count, advance, trials, changed)
     evaluations = with_others(content, others)
     with errors_in_one_line(), drawn(folder), whole_file(folder / "evaluation.html") as page:
         page.write_text(evaluation_page(evaluations), encoding="utf-8")

@@ -1,11 +1,14 @@
 """A law of the feet's forces in the arena: up to which size of each trial it stays up, and how.
 
-A contender is a law in a variant: `dyn` with the CoM dynamics of eq. 19 and 20, `ref` without.
+A contender is a law in a variant: `dyn` with the CoM dynamics of eq. 19 and 20, `ref` without. It
+goes through each trial from its least size on, and is spared what is beyond the second size in a
+row at which it falls in every world.
 """
 
 import itertools
 import os
 from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from math import isfinite
 from typing import NamedTuple
 
@@ -13,7 +16,7 @@ import numpy as np
 
 from lola_drake.blocks.force_laws import FORCE_LAWS
 from lola_drake.results import software_versions
-from lola_drake.scenario import ScenarioError, load_scenario
+from lola_drake.scenario import Overrides, ScenarioError, differences, load_scenario
 from lola_drake.studies.arena import FIRST_SEED, TRIALS, Trial
 from lola_drake.studies.row import Summary, survived
 from lola_drake.studies.statistics import median, share
@@ -52,15 +55,21 @@ def _size(of_axes: Mapping[str, float]) -> float:
     return float(np.hypot(of_axes["x"], of_axes["y"]))
 
 
-def law_settings(law: str) -> dict[str, object]:
+def law_settings(law: str, changes: Overrides = ()) -> dict[str, object]:
     """Return the settings of a scenario that mean a law.
 
     Args:
         law: one of `FORCE_LAWS`, or FILE.py:CLASS of a block in place of `force_control`.
+        changes: what else its scenarios are to have, see `override`.
 
     Raises:
-        ScenarioError: If it is neither.
+        ScenarioError: If it is neither, or the changes cannot be used.
     """
+    others = differences(load_scenario("walk_flat", changes), load_scenario("walk_flat"))
+    return _law(law) | others
+
+
+def _law(law: str) -> dict[str, object]:
     if law in FORCE_LAWS:
         return {"control.law": law}
     file, _, name = law.rpartition(":")
@@ -72,9 +81,22 @@ def law_settings(law: str) -> dict[str, object]:
     return {"blocks": [own]}
 
 
-def law_name(law: str) -> str:
-    """Return what a law is called: its own name, or that of its class."""
-    return law.rpartition(":")[2]
+def law_name(law: str, changes: Sequence[str] = ()) -> str:
+    """Return what a law is called: its own name, or that of its class, and what is changed."""
+    return " ".join([law.rpartition(":")[2], *changes])
+
+
+def chosen(trials: Sequence[Trial], beginnings: Sequence[str]) -> list[Trial]:
+    """Return the trials whose titles begin so, all of them if nothing is given.
+
+    Raises:
+        ScenarioError: If no title does.
+    """
+    for text in beginnings:
+        if not any(trial.title.startswith(text) for trial in trials):
+            titles = ", ".join(repr(trial.title) for trial in trials)
+            raise ScenarioError(f"trial {text!r}: none begins so; there are {titles}")
+    return [trial for trial in trials if trial.title.startswith(tuple(beginnings) or "")]
 
 
 def evaluate(
@@ -83,6 +105,7 @@ def evaluate(
     worlds: int,
     progress: Progress | None = None,
     trials: Sequence[Trial] = TRIALS,
+    changes: Sequence[str] = (),
 ) -> dict[str, object]:
     """Return what the arena says of a law, the content of evaluation.json.
 
@@ -90,39 +113,65 @@ def evaluate(
         law: see `law_settings`.
         study: what keeps and makes the runs.
         worlds: how many, at every size of every trial.
-        progress: called with the number of runs that are done.
+        progress: called with the number of runs that are done, or spared.
         trials: the arena, or a part of it.
+        changes: of its scenarios, such as `"pattern.step_adaptation=true"`.
     """
-    settings = law_settings(law)
-    seeds = range(FIRST_SEED, FIRST_SEED + worlds)
-    asked = [
-        (trial, size, variant) for trial in trials for size in trial.sizes for variant in VARIANTS
-    ]
-    scenarios = [
-        trial.world(size, seed, {**settings, "variant": variant})
-        for trial, size, variant in asked
-        for seed in seeds
-    ]
-    runs = iter(study.run(scenarios, progress))
-    points = {
-        (trial.title, variant, size): _point(size, list(itertools.islice(runs, worlds)))
-        for trial, size, variant in asked
-    }
+    settings = law_settings(law, changes)
     return {
-        "law": law_name(law),
+        "law": law_name(law, changes),
         "worlds": worlds,
         "first_seed": FIRST_SEED,
-        "trials": {trial.title: _trial(trial, points) for trial in trials},
+        "trials": _through(trials, settings, study, worlds, progress or (lambda _: None)),
         "margins": {variant: loop_margins(settings, variant) for variant in VARIANTS},
         "versions": software_versions(),
     }
 
 
-def _trial(trial: Trial, points: Mapping[tuple, dict]) -> dict[str, object]:
-    curves = {
-        variant: [points[trial.title, variant, size] for size in trial.sizes]
-        for variant in VARIANTS
+def _through(
+    trials: Sequence[Trial],
+    settings: Mapping[str, object],
+    study: Study,
+    worlds: int,
+    progress: Progress,
+) -> dict[str, object]:
+    """Return what each trial says: size by size, of all trials at once."""
+    seeds = range(FIRST_SEED, FIRST_SEED + worlds)
+    curves: dict[tuple[Trial, str], list] = {
+        (trial, variant): [] for trial in trials for variant in VARIANTS
     }
+    done = 0
+    for level in range(max(len(trial.sizes) for trial in trials)):
+        here = [each for each in curves if level < len(each[0].sizes)]
+        asked = [each for each in here if not _hopeless(curves[each])]
+        scenarios = [
+            trial.world(trial.sizes[level], seed, {**settings, "variant": variant})
+            for trial, variant in asked
+            for seed in seeds
+        ]
+        runs = iter(study.run(scenarios, partial(_later, progress, done)))
+        for trial, variant in asked:
+            point = _point(trial.sizes[level], list(itertools.islice(runs, worlds)))
+            curves[trial, variant].append(point)
+        done += worlds * len(here)
+        progress(done)
+    return {
+        trial.title: _trial(trial, {variant: curves[trial, variant] for variant in VARIANTS})
+        for trial in trials
+    }
+
+
+def _later(progress: Progress, before: int, count: int) -> None:
+    """Tell the progress of runs that follow others."""
+    progress(before + count)
+
+
+def _hopeless(curve: Sequence[Mapping]) -> bool:
+    """Return whether no world was survived at the last two sizes."""
+    return len(curve) > 1 and curve[-1]["share"] == curve[-2]["share"] == 0
+
+
+def _trial(trial: Trial, curves: Mapping[str, Sequence[Mapping]]) -> dict[str, object]:
     return {
         "unit": trial.unit,
         "direction_deg": trial.direction_deg,

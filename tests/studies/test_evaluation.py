@@ -12,7 +12,14 @@ from lola_drake.results import ResultError
 from lola_drake.scenario import ScenarioError, dump_scenario
 from lola_drake.studies import evaluation as module
 from lola_drake.studies.arena import FIRST_SEED, QUICK, TRIALS, Trial
-from lola_drake.studies.evaluation import evaluate, half, law_name, law_settings, loop_margins
+from lola_drake.studies.evaluation import (
+    chosen,
+    evaluate,
+    half,
+    law_name,
+    law_settings,
+    loop_margins,
+)
 from lola_drake.studies.ranking import (
     best,
     evaluation_table,
@@ -112,8 +119,10 @@ def test_a_slope_is_as_steep_as_it_says_and_goes_where_it_says():
 
 def test_shares_and_medians_are_of_each_size_and_variant(content):
     trial = content["trials"]["board"]
-    assert [point["size"] for point in trial["curves"]["ref"]] == [4, 6, 8, 10, 12, 14]
-    assert [point["share"] for point in trial["curves"]["ref"]] == [1, 1, 0, 0, 0, 0]
+    # What is beyond two sizes at which all fall is spared.
+    assert [point["size"] for point in trial["curves"]["ref"]] == [4, 6, 8, 10]
+    assert [point["share"] for point in trial["curves"]["ref"]] == [1, 1, 0, 0]
+    assert [point["size"] for point in trial["curves"]["dyn"]] == [4, 6, 8, 10, 12, 14]
     assert [point["share"] for point in trial["curves"]["dyn"]] == [1, 1, 1, 1, 0.5, 0.5]
     standing, fallen = trial["curves"]["ref"][1], trial["curves"]["ref"][2]
     assert standing["inclination_deg"] == 5.0 and standing["torque_error_Nm"] == 2.0
@@ -141,6 +150,40 @@ def test_a_law_is_known_or_a_file():
         law_settings("dampin")
 
 
+def test_a_law_may_have_other_settings(monkeypatch):
+    changes = ["pattern.step_adaptation=true", "control.delta=0.03"]
+    monkeypatch.setattr(module, "loop_margins", lambda settings, variant: MARGINS)
+    changed = law_settings("damping", changes[:1])
+    assert changed == {"control.law": "damping", "pattern.step_adaptation": True}
+    scenario = BOARD.world(6, FIRST_SEED, changed)
+    assert scenario.pattern.step_adaptation and scenario.control.law == "damping"
+    found = evaluate("hybrid", Falling(), 1, trials=[BOARD], changes=changes[:1])
+    assert found["law"] == "hybrid pattern.step_adaptation=true"
+    with pytest.raises(ScenarioError, match="delta"):
+        law_settings("damping", changes)
+
+
+def test_progress_counts_what_is_spared_too(monkeypatch):
+    class Counting(Falling):
+        def run(self, scenarios, progress):
+            progress(len(scenarios))
+            return super().run(scenarios, progress)
+
+    monkeypatch.setattr(module, "loop_margins", lambda settings, variant: MARGINS)
+    told = []
+    evaluate("hybrid", Counting(), 3, told.append, [BOARD])
+    assert told == sorted(told) and told[-1] == 3 * 2 * len(BOARD.sizes)
+
+
+def test_trials_are_chosen_by_how_their_titles_begin():
+    assert chosen(TRIALS, []) == list(TRIALS)
+    assert len(chosen(TRIALS, ["push"])) == 8
+    titles = [trial.title for trial in chosen(TRIALS, ["slope, up", "edge"])]
+    assert titles == ["edge, down", "slope, up"]
+    with pytest.raises(ScenarioError, match=r"trial 'pull': none begins so.*'edge, down'"):
+        chosen(TRIALS, ["push", "pull"])
+
+
 def test_margins_are_those_of_the_worst_loop(monkeypatch):
     from lola_drake.linear.studies.analyses import analyse
     from lola_drake.scenario import load_scenario
@@ -158,7 +201,7 @@ def test_the_best_of_a_trial_comes_farthest(content):
     near, far = other(content, "damping", 5.0), other(content, "two_dof", None)
     ((title, unit, texts, numbers),) = half_rows([content, near, far])
     assert (title, unit) == ("board", "cm")
-    assert texts == ["7", "12", "5", "5", "> 14", "> 14"]
+    assert texts == ["7", "12", "5", "5", "> 10", "> 14"]
     # Beyond the last size the share there decides.
     assert best(numbers) == {5}
     assert best([(3.0, 0.0), (3.0, 0.0), None]) == set()
