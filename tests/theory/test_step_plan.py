@@ -122,6 +122,16 @@ def test_later_steps_hardly_move_the_zmp(walks):
         assert np.abs(plan.zmp_shift).max() < 0.02
 
 
+def test_the_toe_of_the_swing_foot_alone_is_lifted(walks):
+    assert PARAMS.toe_lift > 0.05
+    for request, plan in walks["straight"][:-1]:
+        toes = plan.task_reference[:, TASK_REFERENCE.slice("toes")]
+        swing, stance = toes[:, request.swing], toes[:, 1 - request.swing]
+        assert np.ptp(swing) == pytest.approx(PARAMS.toe_lift, rel=1e-3)
+        assert swing[[0, -1]] == pytest.approx([0.0, 0.0], abs=1e-9)
+        assert stance == pytest.approx(np.zeros(len(stance)), abs=1e-9)
+
+
 @pytest.mark.parametrize("name", ["w_l", "w_r", "toes"])
 def test_rates_are_the_derivatives_of_the_positions(plans, name):
     rate = {"w_l": "w_dot_l", "w_r": "w_dot_r", "toes": "toe_rates"}[name]
