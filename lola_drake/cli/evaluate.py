@@ -44,6 +44,7 @@ def evaluate(
     from lola_drake.studies.arena import QUICK, TRIALS
     from lola_drake.studies.evaluation import VARIANTS, chosen, law_name, law_settings
     from lola_drake.studies.evaluation import evaluate as found
+    from lola_drake.studies.push_figure import push_figure
     from lola_drake.studies.ranking import evaluation_table, load_evaluation, with_others
 
     changed = changes or []
@@ -65,5 +66,6 @@ def evaluate(
         "evaluation",
         lambda: content,
         lambda _: evaluation_table(evaluations),
+        lambda _: push_figure(evaluations),
         as_json=as_json,
     )

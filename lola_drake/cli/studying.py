@@ -93,7 +93,7 @@ def conclude(
     name: str,
     content: Callable[[], dict],
     table: "Callable[[dict], Table]",
-    figure: "Callable[[dict], Figure] | None" = None,
+    figure: "Callable[[dict], Figure | None] | None" = None,
     *,
     as_json: bool,
 ) -> None:
@@ -104,7 +104,7 @@ def conclude(
         name: of what is written, NAME.json and the figure.
         content: makes what is found.
         table: shows it.
-        figure: draws it.
+        figure: draws it, if there is anything to draw.
         as_json: whether to print it as JSON.
     """
     from lola_drake.atomic_file import write_json
@@ -113,8 +113,9 @@ def conclude(
     with errors_in_one_line(), drawn(folder):
         found = content()
         write_json(found, folder / f"{name}.json")
-        if figure is not None:
-            save_figure(figure(found), folder, name)
+        drawing = figure and figure(found)
+        if drawing:
+            save_figure(drawing, folder, name)
     if as_json:
         print(json.dumps(found, indent=2))
         return
