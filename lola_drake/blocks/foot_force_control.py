@@ -106,7 +106,7 @@ class FootForceControlParams:
     )
     max_height_rate: float = parameter(0.5, "limit of its rate", "m/s", above=0, maximum=5)
     max_angle: float = parameter(
-        0.25, "limit of the foot's angle modification", "rad", above=0, maximum=0.8
+        0.4, "limit of the foot's angle modification", "rad", above=0, maximum=0.8
     )
     max_angle_rate: float = parameter(2.0, "limit of its rate", "rad/s", above=0, maximum=20)
 
