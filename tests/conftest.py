@@ -54,8 +54,8 @@ def make_result():
 def play_pattern():
     """Return a function that plays a walking pattern alone, tick by tick.
 
-    It takes the steps (forward, left, turn, up) or None, the command by time, and parameters of the
-    pattern; it returns the signals by name, one row per tick.
+    It takes the steps (forward, left, turn, up) or None, when they start, the command by time, and
+    parameters of the pattern; it returns the signals by name, one row per tick.
     """
     from ticking import Ticking
 
@@ -64,8 +64,10 @@ def play_pattern():
 
     legs = leg_model(Kinematics())
 
-    def play(ticks, *, steps=None, command=lambda time: np.zeros(3), **params):
-        pattern = Ticking(WalkingPattern(WalkingPatternParams(**params), legs, steps=steps))
+    def play(ticks, *, steps=None, start_time=0.0, command=lambda time: np.zeros(3), **params):
+        params = WalkingPatternParams(**params)
+        walking = WalkingPattern(params, legs, steps=steps, start_time=start_time)
+        pattern = Ticking(walking)
         pattern.fix("contact", np.ones(8))
         outputs = pattern.block.outputs
         rows = {name: np.empty((ticks, signal.size)) for name, signal in outputs.items()}

@@ -82,6 +82,7 @@ def test_inclination_is_roll_and_pitch_without_sign():
     torso = np.zeros((3, TORSO_POSE.size))
     torso[1, 3:] = np.radians([1.0, -2.0, 30.0])
     assert metrics.max_inclination(torso) == pytest.approx({"x": 1.0, "y": 2.0})
+    assert metrics.inclination_deg(torso)[1] == pytest.approx([1.0, -2.0])
 
 
 def test_start_does_not_count(make_result):

@@ -51,6 +51,19 @@ def test_command_is_the_plan_with_its_modification():
     assert foot.output("task_command") == pytest.approx(np.r_[plan_w, plan_rate])
 
 
+def test_the_modification_is_the_integral_of_what_the_command_adds_to_the_plan():
+    """Eq. 11, of the angles about x and y and of the height, and of nothing else."""
+    foot = Foot()
+    plan_rate = np.arange(1.0, 7.0) / 10
+    foot.fix("task_reference", plan_rate, TASK_REFERENCE.slice("w_dot_l"))
+    foot.set_state("task_modification", [0.01, -0.02, 0.03])
+    rate = foot.output("task_command")[6:] - plan_rate
+    assert np.abs(rate[FORCE_CONTROLLED]).min() > 0.01
+    foot.step()
+    expected = np.array([0.01, -0.02, 0.03]) + PERIOD * rate[FORCE_CONTROLLED]
+    assert foot.modification() == pytest.approx(expected, abs=1e-12)
+
+
 def full_transform(measured, rotation):
     """Return the whole wrench of the ground at the TCP in T, by the 6x6 transform."""
     lever = np.array(SENSOR.p_TcpSensor)

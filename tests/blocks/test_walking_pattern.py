@@ -83,6 +83,12 @@ def test_without_steps_it_stands(play_pattern):
     assert np.all(field(rows, GAIT_PHASE, "step_index") == 0)
 
 
+def test_steps_begin_when_they_are_to(play_pattern):
+    rows = play_pattern(420, steps=np.tile([0.3, 0.0, 0.0, 0.0], (2, 1)), start_time=0.3)
+    moving = np.abs(field(rows, PLANNED_MOTION, "com_velocity")).max(axis=1) > 1e-9
+    assert 300 <= np.flatnonzero(moving)[0] <= 302
+
+
 def test_command_starts_steers_and_stops_the_walk(play_pattern):
     def command(time):
         return np.array([0.3, 0.0, 0.2]) if time < 2.0 else np.zeros(3)
