@@ -23,6 +23,9 @@ def evaluate(
         list[str] | None,
         typer.Option(help="Only trials whose title begins so, such as push; may be repeated."),
     ] = None,
+    variant: Annotated[
+        list[str] | None, typer.Option(help="ref or dyn; may be repeated. Else both.")
+    ] = None,
     changes: Changes = None,
     against: Annotated[
         list[Path] | None,
@@ -47,7 +50,7 @@ def evaluate(
     from lola_drake.studies.push_figure import push_figure
     from lola_drake.studies.ranking import evaluation_table, load_evaluation, with_others
 
-    changed = changes or []
+    changed, variants = changes or [], variant or VARIANTS
     whole, count = (QUICK, worlds or 4) if quick else (TRIALS, worlds or 10)
     with errors_in_one_line():
         law_settings(law, changed)
@@ -55,9 +58,9 @@ def evaluate(
         others = [load_evaluation(file) for file in (against or arena_records())]
     name = law_name(law, changed)
     folder = output or Path("runs") / f"evaluate_{law_name(law)}"
-    total = count * len(VARIANTS) * sum(len(each.sizes) for each in trials)
+    total = count * len(variants) * sum(len(each.sizes) for each in trials)
     with studying(folder, jobs, cluster, name, total) as (study, advance):
-        content = found(law, study, count, advance, trials, changed)
+        content = found(law, study, count, advance, trials, changed, variants)
     evaluations = with_others(content, others)
     with errors_in_one_line(), drawn(folder), whole_file(folder / "evaluation.html") as page:
         page.write_text(evaluation_page(evaluations), encoding="utf-8")

@@ -46,6 +46,9 @@ MEASURED = {
 }
 """By their names in evaluation.json."""
 
+Curves = dict[tuple[Trial, str], list[Mapping]]
+"""Of each trial and variant a point for every size."""
+
 MARGINS = {"force_loop": "left", "stabilizer": "stand"}
 """The named analyses whose margins stand beside the arena, and at which operating point."""
 
@@ -106,6 +109,7 @@ def evaluate(
     progress: Progress | None = None,
     trials: Sequence[Trial] = TRIALS,
     changes: Sequence[str] = (),
+    variants: Sequence[str] = VARIANTS,
 ) -> dict[str, object]:
     """Return what the arena says of a law, the content of evaluation.json.
 
@@ -116,32 +120,41 @@ def evaluate(
         progress: called with the number of runs that are done, or spared.
         trials: the arena, or a part of it.
         changes: of its scenarios, such as `"pattern.step_adaptation=true"`.
+        variants: with which of them.
+
+    Raises:
+        ScenarioError: If the law, a change or a variant cannot be used.
     """
+    for variant in variants:
+        if variant not in VARIANTS:
+            raise ScenarioError(f"variant {variant!r}: must be one of {', '.join(VARIANTS)}")
     settings = law_settings(law, changes)
+    curves: Curves = {(trial, variant): [] for trial in trials for variant in variants}
+    _go_through(curves, settings, study, worlds, progress or (lambda _: None))
     return {
         "law": law_name(law, changes),
         "worlds": worlds,
         "first_seed": FIRST_SEED,
-        "trials": _through(trials, settings, study, worlds, progress or (lambda _: None)),
-        "margins": {variant: loop_margins(settings, variant) for variant in VARIANTS},
+        "trials": {
+            trial.title: _trial(trial, {variant: curves[trial, variant] for variant in variants})
+            for trial in trials
+        },
+        "margins": {variant: loop_margins(settings, variant) for variant in variants},
         "versions": software_versions(),
     }
 
 
-def _through(
-    trials: Sequence[Trial],
+def _go_through(
+    curves: Curves,
     settings: Mapping[str, object],
     study: Study,
     worlds: int,
     progress: Progress,
-) -> dict[str, object]:
-    """Return what each trial says: size by size, of all trials at once."""
+) -> None:
+    """Add what each trial says to its curves: size by size, of all trials at once."""
     seeds = range(FIRST_SEED, FIRST_SEED + worlds)
-    curves: dict[tuple[Trial, str], list] = {
-        (trial, variant): [] for trial in trials for variant in VARIANTS
-    }
     done = 0
-    for level in range(max(len(trial.sizes) for trial in trials)):
+    for level in range(max(len(trial.sizes) for trial, _ in curves)):
         here = [each for each in curves if level < len(each[0].sizes)]
         asked = [each for each in here if not _hopeless(curves[each])]
         scenarios = [
@@ -155,10 +168,6 @@ def _through(
             curves[trial, variant].append(point)
         done += worlds * len(here)
         progress(done)
-    return {
-        trial.title: _trial(trial, {variant: curves[trial, variant] for variant in VARIANTS})
-        for trial in trials
-    }
 
 
 def _later(progress: Progress, before: int, count: int) -> None:

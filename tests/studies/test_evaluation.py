@@ -163,6 +163,16 @@ def test_a_law_may_have_other_settings(monkeypatch):
         law_settings("damping", changes)
 
 
+def test_a_variant_may_go_alone(monkeypatch):
+    monkeypatch.setattr(module, "loop_margins", lambda settings, variant: MARGINS)
+    found = evaluate("hybrid", Falling(), 2, trials=[BOARD], variants=["dyn"])
+    assert list(found["margins"]) == ["dyn"] == list(found["trials"]["board"]["half"])
+    ((_, _, texts, _),) = half_rows([found])
+    assert texts == ["12"]
+    with pytest.raises(ScenarioError, match="variant 'original': must be one of ref, dyn"):
+        evaluate("hybrid", Falling(), 2, trials=[BOARD], variants=["original"])
+
+
 def test_progress_counts_what_is_spared_too(monkeypatch):
     class Counting(Falling):
         def run(self, scenarios, progress):
