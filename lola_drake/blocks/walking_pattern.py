@@ -312,7 +312,10 @@ class WalkingPattern(Block):
             ground=planned + behind * (foot[2] - planned),
             displacements=self._next(now, command, request.step_index + 1, swing, False)[1],
         )
-        candidates = [replace(landed, support=support) for support in RESET_SUPPORTS]
+        return self.smoothest([replace(landed, support=support) for support in RESET_SUPPORTS])
+
+    def smoothest(self, candidates: list[StepRequest]) -> StepRequest:
+        """Return the request that asks for the least shift of the ZMP."""
         shifts = [np.abs(zmp_shift(self.model, c)).max() for c in candidates]
         return candidates[int(np.argmin(shifts))]
 

@@ -88,3 +88,15 @@ def test_a_slippery_plate_lets_a_foot_slide(run):
         sliding = result.metrics["steps_beyond_limits"]["friction"]
         assert (sliding > 50) == (friction < 0.1)
     assert slip[0.05] > 3 * slip[1.0]
+
+
+def test_a_push_backward_is_borne_by_a_step_that_goes_where_the_robot_falls(run):
+    """Half of the sampled worlds fall from 15 Ns without the step's adaptation."""
+    push = "pushes=[{time: 1.2, duration: 0.1, direction_deg: 180, impulse: 22}]"
+    reset = ("pattern.phase_reset=true", "pattern.step_height=0.12", "duration=3.0")
+    fallen = run("walk_flat", push, *reset, *AT_ONCE)
+    borne = run("walk_flat", push, *reset, *AT_ONCE, "pattern.step_adaptation=true")
+    assert fallen.fall_time is not None
+    assert borne.completed and tilt(borne, since=2.5) < 4.0
+    foot = borne.signals["foot_pose_r"][:, 0] - borne.signals["foot_pose_l"][:, 0]
+    assert foot[(borne.times > 1.45) & (borne.times < 1.7)].max() < 0.2
