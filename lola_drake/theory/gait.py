@@ -29,8 +29,12 @@ the feet's pitch."""
 MOTION_SIZE = 14
 
 PITCH_PER_RISE = 2.0
-"""How far a swing foot's heel is lifted over its toe for what it has to rise (rad/m): were it kept
-level, the ankle of a leg that is bent so much would meet its stop (own choice)."""
+"""How far a swing foot's heel is lifted over its toe for what it has to rise or to go down (rad/m):
+were it kept level, the ankle would meet its stop, of a leg that is bent so much, or that lags
+behind a body that already goes down (the angle is our own choice)."""
+
+TOE_AXIS = 0.045
+"""How far the toe's axis lies ahead of the TCP (m)."""
 
 PLACE = [0, 1, 3]
 """Where a foot's pose has x, y and yaw."""
@@ -186,11 +190,15 @@ def _add_step(
     x, y, yaw = clear_foothold(path, swing, timing.step_width, standing)
     heading = min(max(path[2], stance_yaw - MOST_TURNED), stance_yaw + MOST_TURNED)
     z = end[FOOT[swing]][2]
-    top, level = max(z, stance_z, ground) + timing.step_height, (stance_z + ground) / 2
+    highest, level = max(z, stance_z, ground), (stance_z + ground) / 2
+    upward, downward = PITCH_PER_RISE * (highest - z), PITCH_PER_RISE * (z - ground)
+    # Of a foot that goes down the heel comes up as in walking: about the toe, which stays level.
+    toe = max(timing.toe_lift, downward)
+    top = highest + timing.step_height + TOE_AXIS * max(downward, 0.0)
     across, rise, fall, body, tilt = np.zeros((5, MOTION_SIZE))
     across[FOOT[swing]] = [x, y, z, yaw] - end[FOOT[swing]]
-    rise[FOOT[swing]], rise[TOE[swing]] = [0.0, 0.0, top - z, 0.0], timing.toe_lift
-    fall[FOOT[swing]], fall[TOE[swing]] = [0.0, 0.0, ground - top, 0.0], -timing.toe_lift
+    rise[FOOT[swing]], rise[TOE[swing]] = [0.0, 0.0, top - z, 0.0], toe
+    fall[FOOT[swing]], fall[TOE[swing]] = [0.0, 0.0, ground - top, 0.0], -toe
     body[HEADING], body[HEIGHT] = heading - end[HEADING], timing.com_height + level - end[HEIGHT]
     lead, lag = timing.horizontal_lead * duration, timing.horizontal_lag * duration
     plan.motion.add(lift_off + lead, touchdown - lag, across)
@@ -199,7 +207,7 @@ def _add_step(
     plan.motion.add(lift_off, up, rise)
     plan.motion.add(down, touchdown, fall)
     plan.motion.add(lift_off, touchdown, body)
-    tilt[PITCH[swing]] = PITCH_PER_RISE * (top - timing.step_height - z)
+    tilt[PITCH[swing]] = max(upward, downward)
     if tilt.any():
         plan.motion.add(lift_off, up, tilt)
         plan.motion.add(up, (down + touchdown) / 2, -tilt)

@@ -3,9 +3,11 @@
 import numpy as np
 import pytest
 
-from lola_drake.robot import Kinematics
+from lola_drake.metrics import SETTLED, touchdowns
+from lola_drake.robot import JOINT_INDEX, Kinematics
 from lola_drake.scenario import load_scenario
 from lola_drake.signals import PLANNED_MOTION
+from lola_drake.theory.footholds import SOLE
 
 
 def worst_inclination(result) -> float:
@@ -103,6 +105,41 @@ def test_sideways_and_turning_in_place(run, step):
     assert result.completed and stays_within_limits(result)
     assert worst_inclination(result) < 0.5
     assert result.metrics["steps_with_feet_colliding"] == 0
+
+
+STAIRS = (
+    "ground.stairs.0.rises=2",
+    "walk.steps=[{count: 2, length: 0.36, height: 0.12}, {length: 0.36},"
+    " {count: 2, length: 0.36, height: -0.12}]",
+    "walk.start_time=0.1",
+    "pattern.first_double_support=0.4",
+    "duration=8.2",
+)
+"""Two rises up and down again, and a step that closes."""
+
+
+def test_planned_stairs_are_climbed_and_left_off_every_limit(run):
+    """Each foot comes down wholly on a step; the ankle behind keeps 3 deg off its stop.
+
+    Were the heel not lifted on the way down, or the toe not, ankles would be at their stops.
+    """
+    result = run("stairs_planned", *STAIRS)
+    assert result.completed and result.fall_time is None
+    assert worst_inclination(result) < 0.5
+    assert not any(result.metrics["steps_beyond_limits"].values())
+    lower, upper = Kinematics().position_limits
+    ankles = [JOINT_INDEX[f"tsf{side}"] for side in "rl"]
+    q = result.signals["joint_position"][:, ankles]
+    away = np.degrees(np.minimum(q - lower[ankles], upper[ankles] - q))[result.times > SETTLED]
+    assert away.min() > 3.0
+    landed = touchdowns(result.signals["gait_phase"])
+    ground, heights = result.scenario.ground, []
+    for k, at in enumerate(landed):
+        x, y, z = result.signals[f"foot_pose_{'lr'[k % 2]}"][at, :3]
+        under = [ground.height_at(x + end * SOLE[0] / 2, y) for end in (-1, 1)]
+        assert under == pytest.approx([z, z], abs=0.003)
+        heights.append(z)
+    assert heights == pytest.approx([0.12, 0.24, 0.24, 0.12, 0.0, 0.0], abs=0.003)
 
 
 def test_every_walk_is_as_planned():

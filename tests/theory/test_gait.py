@@ -6,6 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from lola_drake.blocks.walking_pattern import WalkingPatternParams
+from lola_drake.robot import JOINT_INDEX, Kinematics
 from lola_drake.theory.footholds import LEFT, RIGHT, UP, advance, foothold, sole
 from lola_drake.theory.gait import (
     FOOT,
@@ -13,6 +14,8 @@ from lola_drake.theory.gait import (
     HEIGHT,
     PITCH,
     PITCH_PER_RISE,
+    TOE,
+    TOE_AXIS,
     Profile,
     make_schedule,
 )
@@ -151,22 +154,42 @@ def test_feet_and_com_follow_the_planned_heights(steps):
         assert value[HEIGHT, 0] == pytest.approx(0.87 + np.mean(heights), abs=1e-9)
 
 
-@pytest.mark.parametrize("up", [0.12, -0.12])
-def test_swing_foot_clears_both_levels(up):
+def swing_of(up):
+    """Return pose, pitch and toe's lift of the foot that swings in the second of three steps."""
     plan = schedule([[0.35, 0.0, 0.0, up]] * 3)
     foot, lift_off, touchdown = plan.swings[1]
-    z = plan.motion(np.linspace(lift_off, touchdown, 99))[0][FOOT[foot]][2]
-    assert z.max() == pytest.approx(max(0.0, 2 * up) + TIMING.step_height)
+    value = plan.motion(np.linspace(lift_off, touchdown, 99))[0]
+    return value[FOOT[foot]], value[PITCH[foot]], value[TOE[foot]]
+
+
+@pytest.mark.parametrize("up", [0.12, -0.12])
+def test_swing_foot_clears_both_levels(up):
+    (_, _, z, _), pitch, _ = swing_of(up)
+    lifted = TOE_AXIS * pitch.max() if up < 0 else 0.0
+    assert z.max() == pytest.approx(max(0.0, 2 * up) + TIMING.step_height + lifted)
 
 
 @pytest.mark.parametrize("up", [0.12, 0.0, -0.12])
-def test_heel_is_lifted_where_the_foot_has_far_to_rise_and_level_where_it_lands(up):
-    plan = schedule([[0.35, 0.0, 0.0, up]] * 3)
-    foot, lift_off, touchdown = plan.swings[1]
-    pitch = plan.motion(np.linspace(lift_off, touchdown, 99))[0][PITCH[foot]]
-    assert pitch[[0, -1]] == pytest.approx(0.0, abs=1e-12)
-    assert pitch.max() == pytest.approx(PITCH_PER_RISE * max(2 * up, 0.0))
+def test_heel_is_lifted_where_the_foot_has_far_to_go_up_or_down_and_level_where_it_lands(up):
+    _, pitch, toe = swing_of(up)
+    assert [*pitch[[0, -1]], *toe[[0, -1]]] == pytest.approx([0.0] * 4, abs=1e-12)
+    assert pitch.max() == pytest.approx(PITCH_PER_RISE * abs(2 * up))
     assert pitch.min() > -1e-12
+
+
+@pytest.mark.parametrize("up", [-0.02, -0.12, -0.2])
+def test_toe_of_a_foot_that_goes_down_stays_over_its_step_and_is_never_bent_below_the_foot(up):
+    """The toe's axis comes down as the heel goes up; with it all that lies ahead of it."""
+    (x, _, z, _), pitch, toe = swing_of(up)
+    leaving = np.arange(len(z)) <= z.argmax()
+    assert (z - TOE_AXIS * np.sin(pitch))[leaving].min() > -1e-12
+    assert (toe - pitch).min() > -1e-12
+    assert toe.max() == pytest.approx(max(TIMING.toe_lift, pitch.max()))
+
+
+def test_the_toes_axis_is_where_the_robot_has_it():
+    tree, toe = Kinematics().tree, JOINT_INDEX["tzfl"]
+    assert tree.offset[toe][0] - tree.p_BTcp[LEFT][0] == pytest.approx(TOE_AXIS)
 
 
 @given(displacements)
@@ -195,6 +218,7 @@ def test_a_step_clears_what_is_highest_and_the_body_rises_half_way(heights, grou
     _, lift_off, touchdown = plan.swings[0]
     value, _, _ = plan.motion(np.linspace(lift_off, touchdown, 801))
     highest = value[FOOT[LEFT]][2].max()
-    assert highest == pytest.approx(max(*heights, ground) + TIMING.step_height)
+    lifted = TOE_AXIS * PITCH_PER_RISE * max(heights[LEFT] - ground, 0.0)
+    assert highest == pytest.approx(max(*heights, ground) + TIMING.step_height + lifted)
     body = value[HEIGHT][-1] if np.ndim(value[HEIGHT]) else value[HEIGHT]
     assert body == pytest.approx(TIMING.com_height + (heights[RIGHT] + ground) / 2)
