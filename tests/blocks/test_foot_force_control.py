@@ -207,6 +207,19 @@ def test_a_foot_is_overdue_from_its_planned_touchdown_to_its_first_touch():
     assert known == [TOUCHED, TOUCHED, 0.0, 0.0, *late, TOUCHED, TOUCHED, 0.0]
 
 
+@pytest.mark.parametrize("pad", range(4))
+def test_any_pad_ends_the_search(pad):
+    foot = Foot()
+    foot.plan(1.0)
+    foot.set_state("overdue", [0.1])
+    foot.touch(np.zeros(4))
+    foot.step()
+    assert foot.state("overdue") == pytest.approx([0.1 + PERIOD])
+    foot.touch(np.eye(4)[pad])
+    foot.step()
+    assert foot.state("overdue") == pytest.approx([TOUCHED])
+
+
 @pytest.mark.parametrize(
     ("overdue", "rate", "expected"),
     [
