@@ -1,6 +1,7 @@
 """Blocks and diagrams of all kinds that people may hand to `linearize`."""
 
 import numpy as np
+from pydrake.common.value import Value
 from pydrake.geometry import HalfSpace, Sphere
 from pydrake.math import RigidTransform
 from pydrake.multibody.plant import AddMultibodyPlantSceneGraph, CoulombFriction, MultibodyPlant
@@ -105,6 +106,40 @@ class TwoGroups(LeafSystem):
         first, second = (context.get_discrete_state(i).value() for i in range(2))
         state.set_value(0, [first[0] + PERIOD * first[1], np.sin(first[0]) + second[0]])
         state.set_value(1, 0.9 * second + first[:1] ** 2 + self._u.Eval(context))
+
+
+class Sender(LeafSystem):
+    """A state that goes out as an object."""
+
+    def __init__(self):
+        super().__init__()
+        self._u = self.DeclareVectorInputPort("u", 1)
+        self.DeclareDiscreteState(1)
+        self.DeclareAbstractOutputPort("object", lambda: Value([0.0]), self._calc)
+        self.DeclarePeriodicDiscreteUpdateEvent(PERIOD, 0.0, self._update)
+
+    def _calc(self, context, output):
+        output.set_value([float(np.sin(context.get_discrete_state_vector()[0]))])
+
+    def _update(self, context, state):
+        state.set_value(
+            0, 0.8 * context.get_discrete_state_vector().value() + self._u.Eval(context)
+        )
+
+
+class Receiver(LeafSystem):
+    """A state that follows an object."""
+
+    def __init__(self):
+        super().__init__()
+        self._object = self.DeclareAbstractInputPort("object", Value([0.0]))
+        state = self.DeclareDiscreteState(1)
+        self.DeclareStateOutputPort("y", state)
+        self.DeclarePeriodicDiscreteUpdateEvent(PERIOD, 0.0, self._update)
+
+    def _update(self, context, state):
+        (received,) = self._object.Eval(context)
+        state.set_value(0, 0.5 * context.get_discrete_state_vector().value() + received)
 
 
 def chain(*blocks: System) -> Diagram:

@@ -3,7 +3,19 @@
 import numpy as np
 import pytest
 from linear_toys import AbstractState, Failing, Square, discrete, loop
-from linear_zoo import PERIOD, Counting, LastInput, Toy, TwoGroups, ball, cart_pole, chain, pendulum
+from linear_zoo import (
+    PERIOD,
+    Counting,
+    LastInput,
+    Receiver,
+    Sender,
+    Toy,
+    TwoGroups,
+    ball,
+    cart_pole,
+    chain,
+    pendulum,
+)
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import SpatialInertia
 from pydrake.systems.controllers import PidController
@@ -72,6 +84,7 @@ RIGHT = {
     "zero-order hold": lambda: chain(ZeroOrderHold(PERIOD, 1), Toy()),
     "derivative": lambda: chain(Toy(), DiscreteDerivative(1, PERIOD)),
     "two groups of states": lambda: chain(TwoGroups(), Toy()),
+    "an object between": lambda: chain(Toy(), Sender(), Receiver()),
     "pendulum by hand": lambda: chain(Toy(swing, size=2)),
     "direct feed-through": lambda: chain(Toy(output=lambda x, u: x * u + u**3, feed=True)),
     "inside a saturation": lambda: chain(Saturation([-9.0], [9.0]), Toy()),
