@@ -113,6 +113,25 @@ def test_the_rate_is_continuous_and_bounded_while_the_pads_open():
     assert rates[-1] == pytest.approx(np.zeros(3), abs=1e-9)
 
 
+@pytest.mark.parametrize("law", [SensedForceControl, HybridForceControl])
+@pytest.mark.parametrize("exact", [True, False])
+def test_the_foot_is_as_the_plan_and_its_modification_together_have_it(law, exact):
+    """What of its angles is planned and what is modified makes no difference to its wrench."""
+    whole, apart = (
+        Foot(law, **({"exact_angles": exact} if law is SensedForceControl else {}))
+        for _ in range(2)
+    )
+    w = TASK_REFERENCE.slice("w_l")
+    for foot, planned, added in (
+        (whole, [0, 0, 0, 0.2, -0.1, 0.3], [0.0, 0.0, 0.0]),
+        (apart, [0, 0, 0, 0.05, 0.1, 0.3], [0.15, -0.2, 0.01]),
+    ):
+        foot.fix("measured_wrench", MEASURED, slice(0, 6))
+        foot.fix("task_reference", planned, w)
+        foot.set_state("task_modification", added)
+    assert apart.output("contact_wrench") == pytest.approx(whole.output("contact_wrench"))
+
+
 MEASURED = np.array([30.0, -20.0, 400.0, 8.0, -12.0, 3.0])
 
 

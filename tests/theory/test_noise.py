@@ -18,6 +18,8 @@ def test_a_sample_is_the_same_whenever_it_is_asked_for():
     noise, forward = Noise(np.ones(2), 0, 1), samples(count=3 * CHUNK)
     shuffled = {k: noise(k).copy() for k in order[:200].tolist()}
     assert all(np.array_equal(sample, forward[k]) for k, sample in shuffled.items())
+    for k in (0, CHUNK, 2 * CHUNK + 5):
+        assert np.array_equal(Noise(np.ones(2), 0, 1)(k), forward[k])
 
 
 def test_another_instance_gives_the_same_samples():
