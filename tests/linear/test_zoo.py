@@ -258,6 +258,10 @@ REFUSED = {
     "kink in the state": (lambda: chain(Toy(lambda x, u, t: np.abs(x - X0) + u)), r"block0\.x0"),
     "saturation's corner": (lambda: chain(Saturation([-0.3], [0.3]), Toy()), KINK),
     "quantiser": (lambda: chain(Toy(lambda x, u, t: x + rounding(u + 0.01))), KINK),
+    "quantiser that only falls": (
+        lambda: chain(Toy(lambda x, u, t: x + rounding(np.minimum(u + 0.01, 0.32)))),
+        KINK,
+    ),
     "quantiser's edge": (lambda: chain(Toy(lambda x, u, t: rounding(u + 0.025))), KINK),
     "comparator's edge": (lambda: chain(Toy(lambda x, u, t: np.sign(u - 0.3))), KINK),
     "unconnected port": (unconnected, "second .*not connected"),
