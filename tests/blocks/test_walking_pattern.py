@@ -89,6 +89,16 @@ def test_steps_begin_when_they_are_to(play_pattern):
     assert 300 <= np.flatnonzero(moving)[0] <= 302
 
 
+@pytest.mark.parametrize(("first", "later"), [(0.1, -0.1), (-0.1, 0.1)])
+def test_the_first_step_says_which_foot_goes_first(play_pattern, first, later):
+    """It is the one on the side to which it goes, wherever the later ones go."""
+    steps = np.array([[0.0, first, 0.0, 0.0], [0.0, 0.0, 0.0, 0.0], [0.0, later, 0.0, 0.0]])
+    rows = play_pattern(3000, steps=steps)
+    sideways = [field(rows, PLANNED_MOTION, foot)[:, 1] for foot in ("foot_l", "foot_r")]
+    left, right = (np.flatnonzero(np.abs(y - y[0]) > 1e-6)[0] for y in sideways)
+    assert (left < right) == (first > 0)
+
+
 def test_command_starts_steers_and_stops_the_walk(play_pattern):
     def command(time):
         return np.array([0.3, 0.0, 0.2]) if time < 2.0 else np.zeros(3)
