@@ -44,6 +44,14 @@ class Foot(Ticking):
         return self.output("com_dynamics_rate")
 
 
+def test_each_direction_has_its_own_limit():
+    law = ComDynamics.laws["next_com_dynamics_rate"]
+    limits, wide = np.array([0.1, 0.2, 0.3]), np.full(3, 9.0)
+    rate = law(np.zeros(3), np.full(3, 1e9), np.zeros(3), ON_LEFT, np.zeros(2), np.zeros(3),
+               -1.0, 1.0, INERTIA, limits, wide, 0)  # fmt: skip
+    assert rate == pytest.approx(limits)
+
+
 @given(st.tuples(FORCES, FORCES, FORCES), LEVERS, LEVERS)
 def test_acceleration_is_that_of_equation_18(error, r_x, r_y):
     r_f = np.array([[1.0, 0.0, r_y], [0.0, 1.0, -r_x], [0.0, 0.0, 1.0]])

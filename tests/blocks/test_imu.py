@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from pydrake.math import RollPitchYaw
 from ticking import Ticking
 
-from lola_drake.blocks.imu import Imu, ImuParams, inclination
+from lola_drake.blocks.imu import Imu, ImuParams, inclination, sample
 
 STATE_SIZE = 61
 LEAN = st.floats(-1.2, 1.2)
@@ -69,6 +69,13 @@ def test_rate_is_the_derivative_of_the_inclination_near_upright(axis):
     before = np.array(inclination(quaternion(0.0, 0.0, 0.0), angular_velocity))
     after = np.array(inclination(quaternion(*lean, 0.0), angular_velocity))
     assert (after[:2] - before[:2]) / step == pytest.approx(before[2:], abs=1e-5)
+
+
+def test_errors_are_added_to_what_is_measured():
+    turn, rates = quaternion(0.1, -0.2, 0.3), np.array([0.4, -0.5, 0.6])
+    bias, noise = np.array([1.0, 2.0, 3.0, 4.0]), np.array([0.1, 0.2, 0.3, 0.4])
+    expected = np.array(inclination(turn, rates)) + bias + noise
+    assert sample(turn, rates, bias, noise) == pytest.approx(expected)
 
 
 @pytest.mark.parametrize("delay", [1, 3, 7])
