@@ -124,7 +124,7 @@ def _push(direction_deg: float) -> Trial:
     return Trial(
         title=f"push, {direction_deg:g}°",
         unit="Ns",
-        sizes=(6, 9, 12, 15, 18, 21, 24, 28, 32, 36, 40),
+        sizes=(6, 9, 12, 15, 18, 21, 24, 28, 32, 36, 40, 45, 50),
         settings=settings,
         quick=(12, 18) if direction_deg in (90, 180) else (),
         direction_deg=direction_deg,
