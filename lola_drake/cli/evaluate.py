@@ -26,6 +26,9 @@ def evaluate(
     variant: Annotated[
         list[str] | None, typer.Option(help="ref or dyn; may be repeated. Else both.")
     ] = None,
+    bisect: Annotated[
+        bool, typer.Option("--bisect", help="Only the sizes that tell where half of them fall.")
+    ] = False,
     changes: Changes = None,
     against: Annotated[
         list[Path] | None,
@@ -45,7 +48,14 @@ def evaluate(
     from lola_drake.paths import arena_records
     from lola_drake.reports.evaluation_page import evaluation_page
     from lola_drake.studies.arena import QUICK, TRIALS
-    from lola_drake.studies.evaluation import VARIANTS, chosen, law_name, law_settings
+    from lola_drake.studies.evaluation import (
+        VARIANTS,
+        bisecting,
+        chosen,
+        law_name,
+        law_settings,
+        upward,
+    )
     from lola_drake.studies.evaluation import evaluate as found
     from lola_drake.studies.push_figure import push_figure
     from lola_drake.studies.ranking import evaluation_table, load_evaluation, with_others
@@ -56,11 +66,11 @@ def evaluate(
         law_settings(law, changed)
         trials = chosen(whole, trial or [])
         others = [load_evaluation(file) for file in (against or arena_records())]
-    name = law_name(law, changed)
+    name, following = law_name(law, changed), bisecting if bisect else upward
     folder = output or Path("runs") / f"evaluate_{law_name(law)}"
     total = count * len(variants) * sum(len(each.sizes) for each in trials)
     with studying(folder, jobs, cluster, name, total) as (study, advance):
-        content = found(law, study, count, advance, trials, changed, variants)
+        content = found(law, study, count, advance, trials, changed, variants, following)
     evaluations = with_others(content, others)
     with errors_in_one_line(), drawn(folder), whole_file(folder / "evaluation.html") as page:
         page.write_text(evaluation_page(evaluations), encoding="utf-8")

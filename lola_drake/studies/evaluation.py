@@ -2,7 +2,7 @@
 
 A contender is a law in a variant: `dyn` with the CoM dynamics of eq. 19 and 20, `ref` without. It
 goes through each trial from its least size on, and is spared what is beyond the second size in a
-row at which it falls in every world.
+row at which it falls in every world; or the sizes are bisected.
 """
 
 import itertools
@@ -48,6 +48,9 @@ MEASURED = {
 
 Curves = dict[tuple[Trial, str], list[Mapping]]
 """Of each trial and variant a point for every size."""
+
+Following = Callable[[Sequence[float], Sequence[Mapping]], float | None]
+"""Which of a trial's sizes follows those of a curve, if any."""
 
 MARGINS = {"force_loop": "left", "stabilizer": "stand"}
 """The named analyses whose margins stand beside the arena, and at which operating point."""
@@ -110,6 +113,7 @@ def evaluate(
     trials: Sequence[Trial] = TRIALS,
     changes: Sequence[str] = (),
     variants: Sequence[str] = VARIANTS,
+    following: Following | None = None,
 ) -> dict[str, object]:
     """Return what the arena says of a law, the content of evaluation.json.
 
@@ -117,10 +121,11 @@ def evaluate(
         law: see `law_settings`.
         study: what keeps and makes the runs.
         worlds: how many, at every size of every trial.
-        progress: called with the number of runs that are done, or spared.
+        progress: called with the number of runs that are done; at the end of all, spared or not.
         trials: the arena, or a part of it.
         changes: of its scenarios, such as `"pattern.step_adaptation=true"`.
         variants: with which of them.
+        following: says which size is next, `upward` or `bisecting`.
 
     Raises:
         ScenarioError: If the law, a change or a variant cannot be used.
@@ -130,7 +135,7 @@ def evaluate(
             raise ScenarioError(f"variant {variant!r}: must be one of {', '.join(VARIANTS)}")
     settings = law_settings(law, changes)
     curves: Curves = {(trial, variant): [] for trial in trials for variant in variants}
-    _go_through(curves, settings, study, worlds, progress or (lambda _: None))
+    _go_through(curves, settings, study, worlds, progress or (lambda _: None), following or upward)
     return {
         "law": law_name(law, changes),
         "worlds": worlds,
@@ -144,40 +149,61 @@ def evaluate(
     }
 
 
+def upward(sizes: Sequence[float], curve: Sequence[Mapping]) -> float | None:
+    """Return the size that follows the largest one of a curve, if any does.
+
+    Nothing follows two sizes in a row at which no world was survived.
+    """
+    hopeless = len(curve) > 1 and curve[-1]["share"] == curve[-2]["share"] == 0
+    return None if hopeless or len(curve) == len(sizes) else sizes[len(curve)]
+
+
+def bisecting(sizes: Sequence[float], curve: Sequence[Mapping]) -> float | None:
+    """Return the size in the middle of those between which half of the worlds fall.
+
+    None where these are neighbours: only where half fall is found, and little of the curve.
+    """
+    shares = {point["size"]: point["share"] for point in curve}
+    tried = [k for k, size in enumerate(sizes) if size in shares]
+    high = next((k for k in tried if shares[sizes[k]] <= 0.5), len(sizes))
+    low = max((k for k in tried if k < high), default=-1)
+    return sizes[(low + high) // 2] if high - low > 1 else None
+
+
 def _go_through(
     curves: Curves,
     settings: Mapping[str, object],
     study: Study,
     worlds: int,
     progress: Progress,
+    following: Following,
 ) -> None:
-    """Add what each trial says to its curves: size by size, of all trials at once."""
+    """Add points to curves until no size follows, to those of all trials at once."""
     seeds = range(FIRST_SEED, FIRST_SEED + worlds)
     done = 0
-    for level in range(max(len(trial.sizes) for trial, _ in curves)):
-        here = [each for each in curves if level < len(each[0].sizes)]
-        asked = [each for each in here if not _hopeless(curves[each])]
+    while asked := _asked(curves, following):
         scenarios = [
-            trial.world(trial.sizes[level], seed, {**settings, "variant": variant})
-            for trial, variant in asked
+            trial.world(size, seed, {**settings, "variant": variant})
+            for (trial, variant), size in asked.items()
             for seed in seeds
         ]
         runs = iter(study.run(scenarios, partial(_later, progress, done)))
-        for trial, variant in asked:
-            point = _point(trial.sizes[level], list(itertools.islice(runs, worlds)))
-            curves[trial, variant].append(point)
-        done += worlds * len(here)
-        progress(done)
+        for each, size in asked.items():
+            curves[each].append(_point(size, list(itertools.islice(runs, worlds))))
+            curves[each].sort(key=lambda point: point["size"])
+        done += len(scenarios)
+    progress(worlds * sum(len(trial.sizes) for trial, _ in curves))
+
+
+def _asked(curves: Curves, following: Following) -> dict[tuple[Trial, str], float]:
+    """Return the next size of every curve that has one."""
+    sizes = {each: following(each[0].sizes, curve) for each, curve in curves.items()}
+    return {each: size for each, size in sizes.items() if size is not None}
 
 
 def _later(progress: Progress, before: int, count: int) -> None:
     """Tell the progress of runs that follow others."""
     progress(before + count)
-
-
-def _hopeless(curve: Sequence[Mapping]) -> bool:
-    """Return whether no world was survived at the last two sizes."""
-    return len(curve) > 1 and curve[-1]["share"] == curve[-2]["share"] == 0
 
 
 def _trial(trial: Trial, curves: Mapping[str, Sequence[Mapping]]) -> dict[str, object]:

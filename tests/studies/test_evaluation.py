@@ -13,6 +13,7 @@ from lola_drake.scenario import ScenarioError, dump_scenario
 from lola_drake.studies import evaluation as module
 from lola_drake.studies.arena import FIRST_SEED, QUICK, TRIALS, Trial
 from lola_drake.studies.evaluation import (
+    bisecting,
     chosen,
     evaluate,
     half,
@@ -171,6 +172,27 @@ def test_a_variant_may_go_alone(monkeypatch):
     assert texts == ["12"]
     with pytest.raises(ScenarioError, match="variant 'original': must be one of ref, dyn"):
         evaluate("hybrid", Falling(), 2, trials=[BOARD], variants=["original"])
+
+
+def test_half_may_be_found_with_few_sizes(monkeypatch, content):
+    monkeypatch.setattr(module, "loop_margins", lambda settings, variant: MARGINS)
+    found = evaluate("hybrid", Falling(), 4, trials=[BOARD], following=bisecting)["trials"]["board"]
+    assert found["half"] == content["trials"]["board"]["half"]
+    assert [point["size"] for point in found["curves"]["ref"]] == [4, 6, 8]
+
+
+def test_bisecting_ends_beside_the_half_and_at_both_ends():
+    sizes = (1.0, 2.0, 3.0, 4.0, 5.0)
+
+    def tried(falls_from):
+        curve = []
+        while (size := bisecting(sizes, curve)) is not None:
+            curve = sorted([*curve, {"size": size, "share": float(size < falls_from)}], key=str)
+        return [point["size"] for point in curve], half(curve)
+
+    assert tried(3.5) == ([3.0, 4.0], 3.5)
+    assert tried(0.0) == ([1.0, 3.0], 1.0)
+    assert tried(9.0) == ([3.0, 4.0, 5.0], None)
 
 
 def test_progress_counts_what_is_spared_too(monkeypatch):
