@@ -104,7 +104,7 @@ def frequency_grid(loop: control.StateSpace, per_decade: int = PER_DECADE) -> np
     lowest = max(lowest, 1e-8 * nyquist)
     even = np.geomspace(lowest, nyquist, round(per_decade * np.log10(nyquist / lowest)))
     # Delays turn the phase evenly all the way to Nyquist; each signal has its own part of them.
-    delays = -(-loop.nstates // max(loop.ninputs, 1))
+    delays = -(-loop.nstates // loop.ninputs)
     turning = np.linspace(0.0, nyquist, 10 * (1 + delays))[1:]
     light = np.unique(s[(np.abs(s.real) < LIGHT * s.imag)].round(9))
     width = np.maximum(np.abs(light.real), 1e-7 * light.imag)[:, None]

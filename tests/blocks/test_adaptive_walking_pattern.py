@@ -86,6 +86,19 @@ def test_leaning_torso_moves_the_foothold_to_where_it_falls(legs, lean, way):
     )
 
 
+def test_late_in_the_swing_the_foothold_stays(legs):
+    """But for what the legs' heights follow: the robot leans, and the foot comes down anyway."""
+    walker = Walker(legs, step_adaptation=True)
+    walker.walk_until(1, 0.7)
+    for _ in range(90):
+        walker.tick((0.0, 0.2))
+    target = SHIFT.slice("target")
+    assert not walker.state(SHIFT.name)[target].any()
+    walker.walk_until(2, 0.4)
+    walker.tick((0.0, 0.2))
+    assert walker.state(SHIFT.name)[target][0] > 0.1
+
+
 def test_task_rates_are_those_of_the_moved_foot(legs):
     walker = Walker(legs, step_adaptation=True)
     walker.walk_until(1, 0.4)

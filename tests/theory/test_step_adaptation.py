@@ -109,6 +109,13 @@ def test_a_moved_foothold_keeps_off_the_other_foot_and_within_reach(shift, ahead
     assert abs(y) <= 0.52 + 1e-9
 
 
+@pytest.mark.parametrize("ahead", [0.0, 0.7])
+def test_a_plan_beyond_the_reach_stays_as_it_is(ahead):
+    standing, place = np.zeros(3), np.array([ahead, 0.6, 0.0])
+    assert allowed_shift(NOTHING, place, LEFT, standing) == pytest.approx([0, 0])
+    assert allowed_shift(np.array([0.2, 0.2]), place, LEFT, standing)[1] == pytest.approx(0)
+
+
 @pytest.mark.parametrize(("foot", "side"), [(LEFT, 1), (RIGHT, -1)])
 def test_feet_do_not_cross(foot, side):
     """Not even where the soles would be clear of each other, one ahead of the other."""
