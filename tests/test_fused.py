@@ -333,7 +333,12 @@ def test_every_scenario_runs_the_same_in_both_engines(name, variant):
 SENSED = {"control.force.sensed_area": True, "control.force.exact_angles": True}
 
 
-@pytest.mark.parametrize("kind", [*({"control.law": law} for law in FORCE_LAWS), SENSED], ids=str)
+HELD = {"control.inverse_kinematics.horizontal_feedforward": 1.0}
+
+
+@pytest.mark.parametrize(
+    "kind", [*({"control.law": law} for law in FORCE_LAWS), SENSED, HELD], ids=str
+)
 def test_every_force_law_runs_the_same_in_both_engines(kind):
     assert_engines_equal(load_scenario("walk_flat", AT_ONCE | kind))
 

@@ -154,6 +154,7 @@ class ConfigurationForceControl(Block):
     parts = {
         "support": Part(GAIT_PHASE, "support"),
         "blend": Part(GAIT_PHASE, "blend"),
+        "load": Part(GAIT_PHASE, "load"),
         "phi": Part(TORSO_ORIENTATION, "phi"),
         "toes": Part(TASK_REFERENCE, "toes"),
         "toe_rates": Part(TASK_REFERENCE, "toe_rates"),
@@ -220,6 +221,7 @@ class ConfigurationForceControl(Block):
         overdue_feet,
         task_reference,
         desired_wrench,
+        ideal_wrench,
         contact_wrench_l,
         contact_wrench_r,
         task_modification_l,
@@ -227,6 +229,7 @@ class ConfigurationForceControl(Block):
         com_dynamics_rate_l,
         com_dynamics_rate_r,
         blend,
+        load,
         phi,
         toes,
         toe_rates,
@@ -248,6 +251,7 @@ class ConfigurationForceControl(Block):
         comfort_gain,
         limit_gain,
         feedforward,
+        horizontal_feedforward,
         comfort,
         lower,
         upper,
@@ -319,7 +323,9 @@ class ConfigurationForceControl(Block):
             *(q, comfort, lower, upper, comfort_gain, limit_gain, toes, toe_rates, correction)
         )
         joint_rates = resolved_rates(rows, rates, mobility, wish, damping)
-        torque = holding_torque(jacobian, desired_wrench, feedforward)
+        torque = holding_torque(
+            *(jacobian, desired_wrench, ideal_wrench, load, feedforward, horizontal_feedforward)
+        )
         return command_of(q, joint_rates, torque)
 
     @law

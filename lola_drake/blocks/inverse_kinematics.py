@@ -11,7 +11,8 @@ comfort pose). Damping, weights and margins are our own choice.
 
 With it goes a feed-forward torque for the joint controllers, as LOLA's joint command carries one:
 the static torque that holds the desired foot wrenches, -J^T lambda_d. Gravity is part of it, since
-the task is the feet's motion relative to the CoM.
+the task is the feet's motion relative to the CoM. The planned horizontal forces, which no foot
+wrench of the paper has, belong to it by the parameter `horizontal_feedforward` (own choice).
 """
 
 from dataclasses import dataclass
@@ -22,7 +23,7 @@ import numpy as np
 from lola_drake.block import Block, Part, State, law
 from lola_drake.parameters import parameter, validate
 from lola_drake.robot import JOINT_INDEX, Kinematics
-from lola_drake.signals import JOINT_ANGLES, JOINTS, PERIOD, TASK_REFERENCE
+from lola_drake.signals import GAIT_PHASE, JOINT_ANGLES, JOINTS, PERIOD, TASK_REFERENCE
 from lola_drake.theory.kinematics import FOOT_TASK, foot_task
 
 _PRESCRIBED = tuple(JOINT_INDEX[name] for name in ("tzfl", "tzfr", "tvp", "tvt"))
@@ -49,6 +50,13 @@ class InverseKinematicsParams:
     feedforward: float = parameter(
         1.0, "part of the static torque that is fed forward", "-", minimum=0, maximum=1
     )
+    horizontal_feedforward: float = parameter(
+        0.0,
+        "part of the planned horizontal forces that the fed-forward torque holds, too",
+        "-",
+        minimum=0,
+        maximum=1,
+    )
 
     def __post_init__(self):
         validate(self)
@@ -70,7 +78,14 @@ class Redundancy:
     mobility: np.ndarray
 
 
-RESOLUTION = ("drift_correction", "damping", "comfort_gain", "limit_gain", "feedforward")
+RESOLUTION = (
+    "drift_correction",
+    "damping",
+    "comfort_gain",
+    "limit_gain",
+    "feedforward",
+    "horizontal_feedforward",
+)
 """The parameters that a law needs to resolve the joint rates."""
 
 
@@ -174,13 +189,16 @@ def solve_positive(matrix, y):
         y[i] /= matrix[i, i]
 
 
-def holding_torque(jacobian, desired_wrench, feedforward):
-    """Return a part of the static torque (Nm) that holds the desired wrenches, shape (24,).
+def holding_torque(jacobian, desired_wrench, ideal_wrench, load, feedforward, horizontal):
+    """Return a part of the static torque (Nm) that holds the feet's wrenches, shape (24,).
 
     Args:
         jacobian: of both feet's tasks, shape (12, 24).
         desired_wrench: T_x, T_y, F_z of the left and then the right foot, shape (6,) or more.
+        ideal_wrench: Lambda_id, of which the feet share F_x and F_y by their loads, (2,) or more.
+        load: shares of the left and right foot, shape (2,).
         feedforward: the part.
+        horizontal: the part of F_x and F_y.
     """
     n = jacobian.shape[1]
     torque = np.zeros(n)
@@ -191,6 +209,9 @@ def holding_torque(jacobian, desired_wrench, feedforward):
             held += jacobian[first + 3, k] * desired_wrench[3 * foot]
             held += jacobian[first + 4, k] * desired_wrench[3 * foot + 1]
             held += jacobian[first + 2, k] * desired_wrench[3 * foot + 2]
+            share = horizontal * load[foot]
+            held += share * jacobian[first, k] * ideal_wrench[0]
+            held += share * jacobian[first + 1, k] * ideal_wrench[1]
         torque[k] = -feedforward * held
     return torque
 
@@ -216,6 +237,7 @@ class InverseKinematics(Block):
     parts = {
         "toes": Part(TASK_REFERENCE, "toes"),
         "toe_rates": Part(TASK_REFERENCE, "toe_rates"),
+        "load": Part(GAIT_PHASE, "load"),
     }
     differentiable = False
 
@@ -242,6 +264,8 @@ class InverseKinematics(Block):
         task_command_l,
         task_command_r,
         desired_wrench,
+        ideal_wrench,
+        load,
         toes,
         toe_rates,
         tree,
@@ -254,6 +278,7 @@ class InverseKinematics(Block):
         comfort_gain,
         limit_gain,
         feedforward,
+        horizontal_feedforward,
     ):
         """Return q, q' and the torque that is fed forward."""
         q, correction = joint_angles, drift_correction / PERIOD
@@ -267,7 +292,10 @@ class InverseKinematics(Block):
             *(q, comfort, lower, upper, comfort_gain, limit_gain, toes, toe_rates, correction)
         )
         joint_rates = resolved_rates(jacobian, rates, mobility, wish, damping)
-        return command_of(q, joint_rates, holding_torque(jacobian, desired_wrench, feedforward))
+        torque = holding_torque(
+            *(jacobian, desired_wrench, ideal_wrench, load, feedforward, horizontal_feedforward)
+        )
+        return command_of(q, joint_rates, torque)
 
     @law
     def next_joint_angles(joint_command):

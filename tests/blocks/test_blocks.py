@@ -50,13 +50,21 @@ FEEDTHROUGH = {
     },
     "com_dynamics_l": {"com_dynamics_rate": set()},
     "inverse_kinematics": {
-        "joint_command": {"task_command_l", "task_command_r", "task_reference", "desired_wrench"}
+        "joint_command": {
+            "task_command_l",
+            "task_command_r",
+            "task_reference",
+            "desired_wrench",
+            "ideal_wrench",
+            "gait_phase",
+        }
     },
     "configuration_force_control": {
         "joint_command": {
             "task_reference",
             "gait_phase",
             "desired_wrench",
+            "ideal_wrench",
             "measured_wrench",
             "com_dynamics_rate_l",
             "com_dynamics_rate_r",

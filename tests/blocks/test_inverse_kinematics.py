@@ -15,7 +15,14 @@ from lola_drake.blocks.inverse_kinematics import (
     wished_rates,
 )
 from lola_drake.robot import JOINT_INDEX, Kinematics, posture
-from lola_drake.signals import DESIRED_WRENCH, JOINT_COMMAND, PERIOD, TASK_REFERENCE
+from lola_drake.signals import (
+    DESIRED_WRENCH,
+    GAIT_PHASE,
+    IDEAL_WRENCH,
+    JOINT_COMMAND,
+    PERIOD,
+    TASK_REFERENCE,
+)
 from lola_drake.theory.constants import GRAVITY
 
 Q, Q_DOT = JOINT_COMMAND.slice("q"), JOINT_COMMAND.slice("q_dot")
@@ -45,6 +52,7 @@ class Joints(Ticking):
         kinematics.update(q)
         self.w = kinematics.w.copy()
         self.reference, self.desired = np.zeros(TASK_REFERENCE.size), np.zeros(DESIRED_WRENCH.size)
+        self.ideal, self.load = np.zeros(IDEAL_WRENCH.size), np.array([0.5, 0.5])
         self.ask(self.w, np.zeros(12))
 
     def ask(self, w, w_dot):
@@ -52,6 +60,8 @@ class Joints(Ticking):
             self.fix(f"task_command_{foot}", np.r_[w[own], w_dot[own]])
         self.fix("task_reference", self.reference)
         self.fix("desired_wrench", self.desired)
+        self.fix("ideal_wrench", self.ideal)
+        self.fix("gait_phase", self.load, GAIT_PHASE.slice("load"))
 
     def command(self):
         return self.output("joint_command")
@@ -221,12 +231,13 @@ def test_command_is_where_its_rates_lead(kinematics, bent):
     assert np.array_equal(joints.step(), command[Q])
 
 
-def standing_wrench(kinematics, q, left=0.5):
-    """Return T_x, T_y, F_z of each foot in static equilibrium for the left foot's share."""
+def standing_wrench(kinematics, q, left=0.5, horizontal=(0.0, 0.0)):
+    """Return T_x, T_y, F_z of each foot for the left foot's share, so that nothing turns."""
     kinematics.update(q)
-    forces = kinematics.mass * GRAVITY * np.array([left, 1 - left])
-    x, y = kinematics.w.reshape(2, 6)[:, :2].T
-    rest = -np.array([y @ forces, -x @ forces])
+    shares = np.array([left, 1 - left])
+    forces, (pull_x, pull_y) = kinematics.mass * GRAVITY * shares, np.outer(horizontal, shares)
+    x, y, z = kinematics.w.reshape(2, 6)[:, :3].T
+    rest = -np.array([y @ forces - z @ pull_y, z @ pull_x - x @ forces])
     return np.array(
         [
             [left * rest[0], left * rest[1], forces[0]],
@@ -235,23 +246,29 @@ def standing_wrench(kinematics, q, left=0.5):
     ).ravel()
 
 
-def inverse_dynamics(kinematics, q, wrench):
-    """Return what the plant needs to rest: the torso's wrench (6), the joints' torques (24)."""
+def inverse_dynamics(kinematics, q, wrench, left=0.5, horizontal=(0.0, 0.0)):
+    """Return what the plant needs to keep its posture: the torso's wrench (6), torques (24).
+
+    Horizontal forces, which the feet share, accelerate all of it alike.
+    """
+    pulls = np.outer([left, 1 - left], horizontal)
     kinematics.update(q)
     plant, context = kinematics.plant, kinematics.context
     forces = MultibodyForces(plant)
     plant.CalcForceElementsContribution(context, forces)
-    for foot, (t_x, t_y, f_z) in zip("lr", wrench.reshape(2, 3), strict=True):
+    for foot, (t_x, t_y, f_z), pull in zip("lr", wrench.reshape(2, 3), pulls, strict=True):
         frame = plant.GetFrameByName(f"tcp_{foot}")
         p_BTcp = frame.GetFixedPoseInBodyFrame().translation()
         frame.body().AddInForce(
             context,
             p_BTcp,
-            SpatialForce([t_x, t_y, 0.0], [0.0, 0.0, f_z]),
+            SpatialForce([t_x, t_y, 0.0], [*pull, f_z]),
             plant.world_frame(),
             forces,
         )
-    needed = plant.CalcInverseDynamics(context, np.zeros(plant.num_velocities()), forces)
+    acceleration = np.zeros(plant.num_velocities())
+    acceleration[3:5] = np.divide(horizontal, kinematics.mass)
+    needed = plant.CalcInverseDynamics(context, acceleration, forces)
     return needed[:6], needed[6:]
 
 
@@ -265,6 +282,21 @@ def test_feedforward_torque_is_the_static_one_of_the_plant(kinematics, bent, lef
     assert torso == pytest.approx(np.zeros(6), abs=1e-6)
     assert joints.command()[TORQUE] == pytest.approx(torque, abs=1e-6)
     assert np.abs(torque).max() > 30.0
+
+
+def test_horizontal_feedforward_holds_the_planned_horizontal_forces(kinematics, bent):
+    left, horizontal = 0.8, (90.0, -30.0)
+    wrench = standing_wrench(kinematics, bent, left, horizontal)
+    torso, torque = inverse_dynamics(kinematics, bent, wrench, left, horizontal)
+    # Nobody asks the feet for a torque about z.
+    assert np.delete(torso, 2) == pytest.approx(np.zeros(5), abs=1e-6)
+    for part in (0.0, 1.0):
+        joints = Joints(kinematics, bent, horizontal_feedforward=part)
+        joints.desired[:6] = wrench
+        joints.ideal[:2], joints.load[:] = horizontal, (left, 1 - left)
+        joints.ask(joints.w, np.zeros(12))
+        missing = np.abs(joints.command()[TORQUE] - torque).max()
+        assert missing < 1e-6 if part else missing > 10.0
 
 
 def test_feedforward_scales_the_torque(kinematics, bent):

@@ -42,7 +42,7 @@ OBJECTS = {"diagram": {"FootForceSensor": 1, "ContactSwitches": 2}}
 OBJECTS["fused"] = {"FootForceSensor": 1, "ContactSwitches": 1}
 """How often a block looks into an object of Drake's per tick."""
 
-PORT_READINGS = {"diagram": 78, "fused": 5}
+PORT_READINGS = {"diagram": 80, "fused": 5}
 POLYGONS_PER_PAD = 2
 
 EVERY_ENGINE = pytest.mark.parametrize("engine", ENGINES)
