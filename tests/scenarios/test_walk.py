@@ -121,7 +121,7 @@ STAIRS = (
 def test_planned_stairs_are_climbed_and_left_off_every_limit(run):
     """Each foot comes down wholly on a step; the ankle behind keeps 3 deg off its stop.
 
-    Were the heel not lifted on the way down, or the toe not, ankles would be at their stops.
+    Were the heel not lifted on the way down, ankles would be at their stops for hundreds of ticks.
     """
     result = run("stairs_planned", *STAIRS)
     assert result.completed and result.fall_time is None
