@@ -13,6 +13,7 @@ from lola_drake.studies.ranking import (
     contenders,
     half_rows,
     margin_rows,
+    took_part,
     worlds_told,
 )
 from lola_drake.view3d.assets import asset
@@ -61,8 +62,8 @@ def _curves(evaluations: Sequence[Mapping], title: str) -> dict[str, object]:
         return {
             name: evaluation["trials"][title][key][variant]
             for evaluation in evaluations
-            if title in evaluation["trials"]
             for name, _, variant in contenders([evaluation])
+            if took_part(evaluation, title, variant)
         }
 
     mine = evaluations[0]["trials"][title]

@@ -38,7 +38,7 @@ def push_figure(evaluations: Sequence[Mapping]) -> Figure | None:
         for ax, law in zip(axes.flat, laws, strict=False):
             for each in (each for each in shown if each["law"].split()[0] == law):
                 colour = COLOURS[settings.index(_setting(each)) % len(COLOURS)]
-                for variant in each["margins"]:
+                for variant in pushes(each)[0]["half"]:
                     _line(ax, each, variant, colour)
             ax.set(title=law, rlim=(0, _most(shown)), theta_zero_location="N")
             ax.set_xticks(np.radians([0, 90, 180, 270]), ["forward", "left", "backward", "right"])
@@ -65,7 +65,7 @@ def _most(evaluations: Sequence[Mapping]) -> float:
         _reach(trial, variant)[0]
         for each in evaluations
         for trial in pushes(each)
-        for variant in each["margins"]
+        for variant in trial["half"]
     ]
     return 1.05 * max(reached)
 

@@ -90,11 +90,16 @@ def half_rows(
         for evaluation in evaluations:
             for variant in evaluation["margins"]:
                 text, reach = "", None
-                if title in evaluation["trials"]:
+                if took_part(evaluation, title, variant):
                     text, reach = _half(evaluation["trials"][title], variant)
                 texts.append(text)
                 reaches.append(reach)
         yield title, trial["unit"], texts, reaches
+
+
+def took_part(evaluation: Mapping, title: str, variant: str) -> bool:
+    """Return whether a law was in a trial, in this variant."""
+    return variant in evaluation["trials"].get(title, {"half": {}})["half"]
 
 
 def _half(trial: Mapping, variant: str) -> tuple[str, Reach]:

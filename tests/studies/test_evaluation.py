@@ -239,6 +239,14 @@ def test_the_best_of_a_trial_comes_farthest(content):
     assert best([(3.0, 0.0), (3.0, 0.0), None]) == set()
 
 
+def test_a_trial_may_have_been_done_in_one_variant_alone(content):
+    alone = json.loads(json.dumps(content))
+    del alone["trials"]["board"]["half"]["ref"], alone["trials"]["board"]["curves"]["ref"]
+    ((_, _, texts, _),) = half_rows([content, alone])
+    assert texts == ["7", "12", "", "12"]
+    assert "board" in evaluation_page([content, {**alone, "law": "damping"}])
+
+
 def test_what_lies_beyond_the_sizes_of_one_record_is_not_ranked_by_them(content):
     """A record of few sizes says "< 12" of what another one finds at 10.5."""
     (_, _, _, (within, _)) = next(half_rows([other(content, "damping", 10.5)]))
