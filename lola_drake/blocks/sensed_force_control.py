@@ -4,9 +4,10 @@ Two switches, each for itself, make of eq. 15
 
     C (U(t) - ...) w' = lambda_d' + (lambda_d - lambda) / delta
 
-* `sensed_area`: U(t) is that of the pads whose switches are closed. Directions that keep little of
-  a foot's stiffness are position-controlled, which takes the place of `grip_force`; lambda_d's CoP
-  is kept in the hull of these pads. The servos in series do not yield less where pads are open.
+* `sensed_area`: U(t) is that of the pads whose switches are closed. In directions that keep little
+  of a foot's stiffness a loaded foot goes on as by U of all pads, and so turns until the open ones
+  find the ground; one without load is position-controlled there. The servos in series do not yield
+  less where pads are open.
 * `exact_angles`: eq. 13 with the foot's whole rotation, eq. 6 with the cosines, the torso's
   inclination within the foot's, and torques and angles of a turned foot about the same axes.
 
@@ -17,14 +18,19 @@ import numpy as np
 
 from lola_drake.block import State, law
 from lola_drake.blocks.foot_force_control import grip_of
-from lola_drake.blocks.hybrid_force_control import HybridForceControl, held_time_constant
+from lola_drake.blocks.hybrid_force_control import (
+    HybridForceControl,
+    force_control_rate,
+    held_time_constant,
+    inverse_gradient,
+    wrench_error,
+)
 from lola_drake.signals import CONTACT, PERIOD, Field, Signal
 from lola_drake.theory.foot_wrench import wrench_at_tcp
 from lola_drake.theory.sensed_contact import (
     RAMP,
     behind_servos,
     foot_axes,
-    in_hull,
     inclined,
     safe_motion,
     sensed_gradient,
@@ -89,6 +95,8 @@ class SensedForceControl(HybridForceControl):
         time_constant,
         position_gain,
         leveling,
+        grip_force,
+        inverse_contact_matrix,
         compliance,
         relaxation,
         sensed_area,
@@ -104,23 +112,22 @@ class SensedForceControl(HybridForceControl):
             lean = (about_x, about_y)
         felt, wanted = turned(contact_wrench, yaw), turned(wrench, yaw)
         rates, held = turned(wrench_rate, yaw), held_time_constant(time_constant)
-        if sensed_area:
-            t_x, t_y, f_z, c_x, c_y, left = in_hull(wanted, pad_share, sole)
-            wanted = (t_x, t_y, f_z)
-            along, across = rates[0] - rates[2] * c_y, rates[1] + rates[2] * c_x
-            rates = (rates[2] * c_y + left * along, left * across - rates[2] * c_x, rates[2])
-        drive, away = np.zeros(3), np.zeros(3)
+        whole = inverse_gradient(inverse_contact_matrix, compliance, relaxation, time_constant)
+        seeking = force_control_rate(whole, wrench_error(wanted, felt), rates, held)
+        grip = grip_of(felt[2], grip_force)
+        drive, free = np.zeros(3), np.zeros(3)
         for i in range(3):
             drive[i] = rates[i] + (wanted[i] - felt[i]) / held
             if i < 2:
                 drive[i] /= np.sqrt(max(1 - tilt[i] * tilt[i], 1e-6))
-            away[i] = -position_gain * (delta[i] + (leveling * lean[i] if i < 2 else 0.0))
+            level = -position_gain * (delta[i] + (leveling * lean[i] if i < 2 else 0.0))
+            free[i] = level + grip * (seeking[i] - level)
         met = np.zeros((3, 3))
         for i in range(3):
             for j in range(3):
                 met[i, j] = compliance[i][j] * time_constant / (time_constant + relaxation)
         gradient = behind_servos(sensed_gradient(pad_share, sole, tilt, felt), met)
-        return safe_motion(gradient, drive, away, sole)
+        return safe_motion(gradient, drive, free, sole)
 
     @law
     def grip(contact_wrench, grip_force, sensed_area):

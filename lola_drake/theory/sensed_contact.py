@@ -6,8 +6,8 @@ With C = diag(cos alpha_x, cos alpha_y, 1) and U of eq. 8, eq. 6 is lambda = C U
     lambda' = C (U - diag(T_x sin alpha_x / cos^3 alpha_x, T_y sin alpha_y / cos^3 alpha_y, 0)) x'
 
 C^-1 lambda is what does work on x = (sin alpha_x, sin alpha_y, z): for it the gradient stays
-symmetric, and so it does with the servos in series. Where pads are open the gradient is singular;
-directions that lose their stiffness go over to position control (`safe_motion()`).
+symmetric, and so it does with the servos in series. Where pads are open the gradient is singular:
+in directions that lose their stiffness something else moves the foot (`safe_motion()`).
 
 That U varies with the sensed area, and is made singular-safe, is the idea of Sygulla and Rixen
 (2020); equations and thresholds here are our own. All functions are for machine code.
@@ -25,8 +25,8 @@ RAMP = 0.02
 """How long a pad takes to count wholly once it has closed (s)."""
 
 LOST, KEPT = 0.05, 0.25
-"""Parts of the least stiffness of a whole foot: below the first a direction is position-controlled,
-above the second force-controlled."""
+"""Parts of the least stiffness of a whole foot: above the second one a direction is controlled by
+the force that it has, below the first not at all."""
 
 SWEEPS = 8
 """Of Jacobi's method; a matrix of size 3 needs five to the last bit."""
@@ -37,13 +37,11 @@ class PadModel(NamedTuple):
 
     Attributes:
         matrices: U of each pad alone (eq. 8), shape (k, 3, 3).
-        corners: x and y of their corners relative to the TCP, shape (k, 4, 2) (m).
         radius: of gyration of the whole sole; by it angles are made lengths (m).
         stiffness: the least one of a whole foot, over all directions (N/m).
     """
 
     matrices: np.ndarray
-    corners: np.ndarray
     radius: float
     stiffness: float
 
@@ -53,13 +51,8 @@ def pad_model(pads: Sequence[Pad], area_stiffness: float) -> PadModel:
     whole = contact_matrix(pads, area_stiffness)
     radius = float(np.sqrt(0.5 * (whole[0, 0] + whole[1, 1]) / whole[2, 2]))
     scale = np.array([1 / radius, 1 / radius, 1.0])
-    corners = [
-        [(p.x + a * p.length / 2, p.y + b * p.width / 2) for a in (-1, 1) for b in (-1, 1)]
-        for p in pads
-    ]
     return PadModel(
         matrices=np.array([contact_matrix([pad], area_stiffness) for pad in pads]),
-        corners=np.array(corners),
         radius=radius,
         stiffness=float(np.linalg.eigvalsh(-whole * np.outer(scale, scale)).min()),
     )
@@ -122,56 +115,6 @@ def sensed_gradient(share, pads, tilt, wrench):
     return gradient
 
 
-def in_hull(wrench, share, pads):
-    """Return a wrench whose CoP lies in the hull of the pads in contact, and by what it shrank.
-
-    A pad that opens draws in towards the centre of the others, so that the hull changes steadily.
-    The CoP moves towards that centre as far as it has to.
-
-    Args:
-        wrench: T_x, T_y, F_z about the foot's axes.
-        share: how far each pad counts, 0 to 1, shape (k,).
-        pads: the `PadModel`.
-
-    Returns:
-        T_x, T_y, F_z, and centre x, y (m) and the part of the way from it that is left.
-    """
-    total = c_x = c_y = 0.0
-    for pad in range(len(share)):
-        for x, y in pads.corners[pad]:
-            total += share[pad]
-            c_x += share[pad] * x
-            c_y += share[pad] * y
-    if total < 1e-9:
-        return (0.0, 0.0, wrench[2], 0.0, 0.0, 0.0)
-    c_x, c_y, force = c_x / total, c_y / total, max(wrench[2], 0.0)
-    # Of the CoP relative to the centre, times the force: a torque, so that no force divides it.
-    p, q = -wrench[1] - force * c_x, wrench[0] - force * c_y
-    reach = _reach(p, q, c_x, c_y, share, pads)
-    left = 1.0 if reach <= force else force / reach
-    return (force * c_y + left * q, -force * c_x - left * p, wrench[2], c_x, c_y, left)
-
-
-def _reach(p, q, c_x, c_y, share, pads):
-    """Return by what the hull about its centre has to be multiplied to hold a point p, q."""
-    count = 4 * len(share)
-    points = np.zeros((count, 2))
-    for k in range(count):
-        corner = pads.corners[k // 4][k % 4]
-        points[k, 0] = share[k // 4] * (corner[0] - c_x)
-        points[k, 1] = share[k // 4] * (corner[1] - c_y)
-    least = np.inf if p * p + q * q > 1e-24 else 0.0
-    for i in range(count):
-        for j in range(i):
-            a, b, c, d = points[i, 0], points[j, 0], points[i, 1], points[j, 1]
-            area = a * d - b * c
-            if abs(area) > 1e-15:
-                one, other = (p * d - b * q) / area, (a * q - p * c) / area
-                if one >= -1e-12 and other >= -1e-12:
-                    least = min(least, one + other)
-    return least
-
-
 def behind_servos(gradient, compliance):
     """Return a contact's gradient by the foot's command: (E - G C)^-1 G, which may be singular.
 
@@ -226,18 +169,18 @@ def kept(stiffness):
     return t * t * (3 - 2 * t)
 
 
-def safe_motion(gradient, wrench_rate, position_rate, pads):
+def safe_motion(gradient, wrench_rate, free_rate, pads):
     """Return the foot's rates by a gradient that may be singular, shape (3,).
 
     With -D U D = V S V^T, where D makes lengths of angles, a direction of stiffness s is
-    force-controlled to the part b = `kept(s)`, and position-controlled else:
+    force-controlled to the part b = `kept(s)`, and free else:
 
-        w' = -D V (b / S) V^T D lambda' + D V (1 - b) V^T D^-1 w'_position
+        w' = -D V (b / S) V^T D lambda' + D V (1 - b) V^T D^-1 w'_free
 
     Args:
         gradient: U, symmetric, shape (3, 3).
         wrench_rate: what the contact is to do.
-        position_rate: what the foot is to do where it has no contact.
+        free_rate: what the foot is to do where it has no contact.
         pads: the `PadModel`.
     """
     d = (1 / pads.radius, 1 / pads.radius, 1.0)
@@ -249,11 +192,11 @@ def safe_motion(gradient, wrench_rate, position_rate, pads):
     rate = np.zeros(3)
     for k in range(3):
         degree = kept(stiffness[k] / pads.stiffness)
-        push = away = 0.0
+        push = free = 0.0
         for i in range(3):
             push += v[i, k] * d[i] * wrench_rate[i]
-            away += v[i, k] / d[i] * position_rate[i]
+            free += v[i, k] / d[i] * free_rate[i]
         force = degree / stiffness[k] * push if degree > 0 else 0.0
         for i in range(3):
-            rate[i] += d[i] * v[i, k] * ((1 - degree) * away - force)
+            rate[i] += d[i] * v[i, k] * ((1 - degree) * free - force)
     return rate

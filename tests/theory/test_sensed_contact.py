@@ -6,14 +6,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 from one_foot import foot_angles
 from pydrake.math import RollPitchYaw
-from scipy.spatial import ConvexHull
 
 from lola_drake.robot import PADS
 from lola_drake.theory.contact_model import command_gradient, contact_matrix
 from lola_drake.theory.sensed_contact import (
     behind_servos,
     foot_axes,
-    in_hull,
     inclined,
     kept,
     pad_model,
@@ -113,43 +111,6 @@ def test_servos_in_series_are_those_of_the_command_gradient():
     assert not behind_servos(np.zeros((3, 3)), SERVOS).any()
 
 
-def hull_of(share):
-    return ConvexHull(MODEL.corners[share > 0].reshape(-1, 2))
-
-
-@given(
-    st.floats(-0.4, 0.4),
-    st.floats(-0.3, 0.3),
-    st.floats(1.0, 900.0),
-    st.lists(st.booleans(), min_size=4, max_size=4).filter(any),
-)
-def test_the_cop_is_kept_in_the_hull_of_the_closed_pads_and_else_left_alone(x, y, force, closed):
-    share = np.array(closed, dtype=float)
-    t_x, t_y, f_z, _, _, left = in_hull((force * y, -force * x, force), share, MODEL)
-    planes = hull_of(share).equations
-    inside = (planes @ [x, y, 1.0]).max()
-    found = (planes @ [-t_y / force, t_x / force, 1.0]).max()
-    assert f_z == force and 0 <= left <= 1
-    if inside <= 0:
-        assert (t_x, t_y, left) == pytest.approx((force * y, -force * x, 1.0))
-    else:
-        assert found == pytest.approx(0.0, abs=1e-9)
-
-
-def test_a_foot_without_any_pad_has_no_torque_and_one_that_pulls_none_about_its_centre():
-    assert in_hull((5.0, 4.0, 100.0), np.zeros(4), MODEL) == (0.0, 0.0, 100.0, 0.0, 0.0, 0.0)
-    assert in_hull((5.0, 4.0, -10.0), ALL, MODEL)[:3] == pytest.approx((0.0, 0.0, -10.0))
-
-
-def test_the_hull_changes_steadily_while_a_pad_opens():
-    wanted = (0.09 * 400.0, -0.12 * 400.0, 400.0)
-    found = np.array(
-        [in_hull(wanted, np.array([1.0, 1.0, s, 1.0]), MODEL)[:2] for s in np.linspace(0, 1, 400)]
-    )
-    assert np.abs(np.diff(found, axis=0)).max() < 0.5
-    assert np.abs(found[-1] - found[0]).max() > 5.0
-
-
 def test_with_all_pads_it_is_the_inverse_of_the_gradient():
     drive = np.array([300.0, -200.0, 4000.0])
     gradient = behind_servos(U, SERVOS)
@@ -158,7 +119,7 @@ def test_with_all_pads_it_is_the_inverse_of_the_gradient():
     assert np.abs(found / expected - 1).max() < 1e-12
 
 
-def test_a_direction_without_stiffness_is_position_controlled_and_another_one_is_not():
+def test_a_direction_without_stiffness_is_free_and_another_one_is_not():
     """On its front pads a foot can turn about their line; it can press them down, and roll."""
     gradient = sensed_gradient(FRONT, MODEL, LEVEL, (0.0, 0.0, 0.0))
     ahead = np.array([0.0, 1.0, 0.095])  # The pads' middles stay where they are.
@@ -173,16 +134,16 @@ def test_a_direction_without_stiffness_is_position_controlled_and_another_one_is
 
 
 def test_motion_is_bounded_and_continuous_while_pads_open_one_after_the_other():
-    drive, away = np.array([300.0, -200.0, 4000.0]), np.array([0.2, -0.1, 0.05])
+    drive, free = np.array([300.0, -200.0, 4000.0]), np.array([0.2, -0.1, 0.05])
     rates = []
     for pad in range(4):
         for s in np.linspace(1.0, 0.0, 2000):
             share = np.array([0.0] * pad + [s] + [1.0] * (3 - pad))
             gradient = behind_servos(sensed_gradient(share, MODEL, LEVEL, np.zeros(3)), SERVOS)
-            rates.append(safe_motion(gradient, drive, away, MODEL) * LENGTHS)
+            rates.append(safe_motion(gradient, drive, free, MODEL) * LENGTHS)
     rates = np.array(rates)
     full = np.abs(rates[0]).max()
-    assert rates[-1] == pytest.approx(away * LENGTHS)
+    assert rates[-1] == pytest.approx(free * LENGTHS)
     assert np.abs(rates).max() < 10 * full
     assert np.abs(np.diff(rates, axis=0)).max() < 0.01 * np.abs(rates).max()
 
