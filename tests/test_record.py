@@ -77,8 +77,8 @@ def test_where_a_drive_reaches_its_limit_no_sample_is_lost_or_doubled(tmp_path):
     diagrams = set()
 
     def attend(run):
-        if run.time > 0.7 and len(diagrams) == 1:
-            push(run, np.array([0.0, 60.0]))
+        if run.time > 0.9 and len(diagrams) == 1:
+            push(run, np.array([0.0, 120.0]))
         diagrams.add(id(run.diagram))
         return 0.013
 
