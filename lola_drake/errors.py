@@ -16,9 +16,9 @@ class OutputError(LolaError):
 
 
 _REPR = reprlib.Repr()
-_REPR.maxstring = _REPR.maxother = _REPR.maxlong = 36
+_REPR.maxstring = _REPR.maxother = _REPR.maxlong = 26
 _REPR.maxlevel = 2
-_LONGEST = 40
+_LONGEST = 30
 
 
 def shown(value: object) -> str:

@@ -34,7 +34,7 @@ were it kept level, the ankle would meet its stop, of a leg that is bent so much
 behind a body that already goes down (the angle is our own choice)."""
 
 TOE_AXIS = 0.045
-"""How far the toe's axis lies ahead of the TCP (m)."""
+"""How far the toe's axis lies ahead of the TCP in the robot's model, an estimate (m)."""
 
 PLACE = [0, 1, 3]
 """Where a foot's pose has x, y and yaw."""

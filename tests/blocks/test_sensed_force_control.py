@@ -57,16 +57,28 @@ def test_the_pole_stays_that_of_delta_in_directions_that_keep_their_stiffness():
     assert left[[0, 2]] / step[[0, 2]] == pytest.approx(np.full(2, np.exp(-1)), rel=0.03)
 
 
+LEFT = np.array([1.0, 0.0, 1.0, 0.0])
+
+
 @pytest.mark.parametrize(
-    ("pads", "ahead"), [(FRONT, 0.095), (FRONT[::-1], -0.095)], ids=["front", "heel"]
+    ("pads", "x", "y"),
+    [
+        (FRONT, 0.095, 0.0),
+        (1 - FRONT, -0.095, 0.0),
+        (LEFT, 0.0, 0.09),
+        (1 - LEFT, 0.0, -0.09),
+    ],
+    ids=["front", "heel", "left", "right"],
 )
-def test_a_loaded_foot_lets_its_open_pads_down(pads, ahead):
+def test_a_loaded_foot_lets_its_open_pads_down(pads, x, y):
     """Asked for a CoP at its middle, it turns until they find the ground."""
     foot = sensed_foot(pads, sensed_area=True)
-    foot.press(300.0, (0.0, -ahead * 300.0))
+    foot.press(300.0, (y * 300.0, -x * 300.0))
     foot.desire([0.0, 0.0, 300.0])
     s_x, s_y, z = foot.output("force_rate")
-    assert z + ahead * s_y < -0.05 and abs(s_x) < 1e-9
+    # The height of a point x, y of the sole is z + y s_x - x s_y; the open pads are opposite.
+    assert z - y * s_x + x * s_y < -0.05
+    assert abs(s_x if x else s_y) < 1e-9
 
 
 def test_pads_count_more_and_less_over_the_ramp():

@@ -19,7 +19,7 @@ def refused(done, folder):
     assert done.exit_code == 2, done.output
     assert not done.stdout
     (line,) = done.stderr.splitlines()
-    assert line.startswith("lola: ") and line.isprintable() and len(line) <= 220, len(line)
+    assert line.startswith("lola: ") and line.isprintable() and len(line) <= 200, len(line)
     assert {path.name for path in folder.iterdir()} <= {"my.yaml"}
     return line
 
