@@ -5,6 +5,8 @@ import pytest
 
 from lola_drake.metrics import inclination_deg
 from lola_drake.signals import CONTACT, GROUND_FORCE
+from lola_drake.simulation import simulate
+from lola_drake.studies.arena import TRIALS
 
 AT_ONCE = ("walk.start_time=0", "pattern.first_double_support=0.3")
 
@@ -100,3 +102,14 @@ def test_a_push_backward_is_borne_by_a_step_that_goes_where_the_robot_falls(run)
     assert borne.completed and tilt(borne, since=2.5) < 4.0
     foot = borne.signals["foot_pose_r"][:, 0] - borne.signals["foot_pose_l"][:, 0]
     assert foot[(borne.times > 1.45) & (borne.times < 1.7)].max() < 0.2
+
+
+@pytest.mark.parametrize("part", ["front", "inner"])
+@pytest.mark.parametrize("sensed", [False, True])
+def test_a_foot_turns_until_it_finds_the_ground_beside_half_a_board(part, sensed):
+    """6 cm under half a foot; with 0.25 rad to turn the robot falls, from all of these."""
+    (trial,) = (each for each in TRIALS if each.title == f"board under the {part} half")
+    law = {"variant": "dyn", "control.force.sensed_area": sensed}
+    result = simulate(trial.world(6, 8000, law))
+    assert result.fall_time is None
+    assert max(result.metrics["max_inclination_deg"].values()) < 3.0
